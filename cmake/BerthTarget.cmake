@@ -11,10 +11,13 @@ endif()
 # One instruction set for every build, so that two machines agree to the bit.
 set(BERTH_ARCHITECTURE x86-64-v3 CACHE STRING "Value of -march; 'native' is faster and not reproducible elsewhere")
 set(BERTH_SANITIZE "" CACHE STRING "Value of -fsanitize, for instance address,undefined")
-option(BERTH_WERROR "Warnings are errors" OFF)
+# Chosen once: a later configuration without CI in the environment changes no flag, which would compile everything again.
 if(DEFINED ENV{CI})
-  set(BERTH_WERROR ON)
+  set(in_ci ON)
+else()
+  set(in_ci OFF)
 endif()
+option(BERTH_WERROR "Warnings are errors; default: in CI" ${in_ci})
 
 add_library(berth_options INTERFACE)
 target_include_directories(berth_options INTERFACE ${PROJECT_SOURCE_DIR})

@@ -33,7 +33,7 @@ std::string last_of(const std::string& path) {
   return dot == std::string::npos ? path : path.substr(dot + 1);
 }
 
-/// What a reader asks of one file; of a key that it asked for twice, once.
+/// The keys that a reader requests of one file, each once.
 std::vector<ConfigKey> keys_of(const ConfigKind& kind, const fs::path& file) {
   const ConfigRecorder recorder;
   kind.read(file);
@@ -67,7 +67,7 @@ bool matches(const std::string& pattern, const std::string& path) {
   return inner.empty() || matches(inner, parent_of(path));
 }
 
-/// Keys next to those of their section, sections in the order in which they were asked for.
+/// Keys next to those of their section, sections in the order in which they were read.
 void by_section(const std::string& section, const std::vector<DescribedKey>& all,
                 std::vector<DescribedKey>& sorted) {
   for (const DescribedKey& one : all) {
@@ -152,11 +152,16 @@ std::vector<DescribedKey> described_keys(const ConfigKind& kind, const fs::path&
       }
     }
   }
-  // A key that is told once of two sections with the same keys.
+  // Of sections with the same keys, one is commented.
+  std::map<std::string, std::set<std::string>> names;  // of keys, by section
+  for (const DescribedKey& one : all) {
+    names[parent_of(one.key.path)].insert(last_of(one.key.path));
+  }
   for (DescribedKey& one : all) {
     for (const DescribedKey& other : all) {
       if (!one.meaning.empty()) break;
-      if (last_of(other.key.path) == last_of(one.key.path) && other.key.kind == one.key.kind) {
+      if (last_of(other.key.path) == last_of(one.key.path) &&
+          names[parent_of(other.key.path)] == names[parent_of(one.key.path)]) {
         one.meaning = other.meaning;
       }
     }

@@ -6,6 +6,9 @@
 
 #include <iterator>
 
+#include "app/batch/campaigns/manifest.h"
+#include "app/batch/campaigns/slurm.h"
+#include "app/batch/nights/plan.h"
 #include "app/console/serving.h"
 #include "app/runs/choose_setup.h"
 #include "app/runs/twin_host.h"
@@ -90,6 +93,12 @@ const std::vector<ConfigKind>& config_kinds() {
          [](const fs::path& file) { console::load_console_config(file.parent_path()); }),
       at("twin", "config/twin.yaml", "how long nodes compute, in the twin",
          [](const fs::path& file) { compute_delays(file.parent_path()); }),
+      at("night", "procedures/nights/*.yaml", "what runs every night, and how it is judged",
+         [](const fs::path& file) { nights::load_plan(file); }),
+      at("campaign", "procedures/campaigns/*.yaml", "trials over a grid of parameters",
+         [](const fs::path& file) { campaigns::load_manifest(file); }),
+      at("slurm", "procedures/campaigns/slurm/*.yaml", "a cluster's settings for campaigns",
+         [](const fs::path& file) { campaigns::load_slurm_options(file); }),
   };
   return all;
 }

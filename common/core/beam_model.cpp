@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/config.h"
+
 namespace berth {
 
 double BeamModel::range_variance(double range, double incidence) const {
@@ -23,7 +25,8 @@ void beam_angles(const Vector3d& direction, double& azimuth, double& elevation) 
   elevation = std::atan2(-direction.y(), std::hypot(direction.x(), direction.z()));
 }
 
-BeamModel read_beam_model(Config config) {
+BeamModel read_beam_model(const Config& section) {
+  Config config = section;
   BeamModel beam;
   config.optional("range_sigma", Dimension::length, beam.range_sigma_m, at_least(0));
   config.optional("range_bias", Dimension::length, beam.range_bias_m, at_least(0));

@@ -3,10 +3,11 @@
 
 #include <cstdint>
 
-#include "common/core/config.h"
 #include "common/core/pose.h"
 
 namespace berth {
+
+class Config;
 
 /// What became of a beam, in the order of scan_packet2_t and of the LIDAR protocol.
 enum class BeamStatus : std::uint8_t { hit, miss, too_near, too_far, saturated };
@@ -55,6 +56,6 @@ Vector3d beam_direction(double azimuth, double elevation);
 void beam_angles(const Vector3d& direction, double& azimuth, double& elevation);
 
 /// Reads a "beam" section.
-BeamModel read_beam_model(Config config);
+BeamModel read_beam_model(const Config& section);
 
 }  // namespace berth

@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "common/core/file.h"
 #include "common/core/nearest_word.h"
@@ -55,11 +56,6 @@ std::string a_quantity(Dimension dimension) {
   const std::string text = describe(dimension);
   return text.substr(0, text.find(" such as"));
 }
-
-constexpr auto min_whole = std::numeric_limits<std::int64_t>::min();
-constexpr auto max_whole = std::numeric_limits<std::int64_t>::max();
-constexpr std::int64_t min_int = std::numeric_limits<int>::min();
-constexpr std::int64_t max_int = std::numeric_limits<int>::max();
 
 }  // namespace
 
@@ -164,27 +160,29 @@ std::int64_t Config::microseconds(const std::string& key, const ValueBounds& bou
   return std::llround(1e6 * quantity(key, Dimension::time, bounds));
 }
 
-std::int64_t Config::whole(const YamlNode& node, const std::string& key, const ValueBounds& bounds,
-                           std::int64_t min_value, std::int64_t max_value) const {
+template <class Integer>
+Integer Config::whole(const YamlNode& node, const std::string& key,
+                      const ValueBounds& bounds) const {
   const auto value = node.is_text() ? whole_number(node.text()) : std::nullopt;
   if (!value) throw error(key, "found " + shown(node) + ", expected a whole number");
   if (!bounds.contain(static_cast<double>(*value))) {
     throw error(key, "found " + shown(node) + ", expected a whole number" +
                          in_words(bounds, Dimension::number));
   }
-  if (*value >= min_value && *value <= max_value) return *value;
+  if (std::in_range<Integer>(*value)) return static_cast<Integer>(*value);
+  using Limits = std::numeric_limits<Integer>;
   throw error(key, "found " + shown(node) + ", expected a whole number from " +
-                       std::to_string(min_value) + " to " + std::to_string(max_value));
+                       std::to_string(Limits::min()) + " to " + std::to_string(Limits::max()));
 }
 
 std::int64_t Config::integer(const std::string& key, const ValueBounds& bounds) {
   if (recorder_ != nullptr) record(key, {.kind = Key::Kind::integer, .bounds = bounds});
-  return whole(require(key), key, bounds, min_whole, max_whole);
+  return whole<std::int64_t>(require(key), key, bounds);
 }
 
 int Config::small_integer(const std::string& key, const ValueBounds& bounds) {
   if (recorder_ != nullptr) record(key, {.kind = Key::Kind::integer, .bounds = bounds});
-  return static_cast<int>(whole(require(key), key, bounds, min_int, max_int));
+  return whole<int>(require(key), key, bounds);
 }
 
 std::vector<std::int64_t> Config::integers(const std::string& key) {
@@ -193,7 +191,7 @@ std::vector<std::int64_t> Config::integers(const std::string& key) {
   if (!node.is_list()) throw error(key, "found " + shown(node) + ", expected a list");
   std::vector<std::int64_t> values;
   for (const YamlNode& item : node.items()) {
-    values.push_back(whole(item, key, {}, min_whole, max_whole));
+    values.push_back(whole<std::int64_t>(item, key, {}));
   }
   return values;
 }
@@ -316,6 +314,10 @@ std::vector<std::string> Config::texts(const std::string& key) {
 
 Config Config::section(const std::string& key) {
   if (recorder_ != nullptr) record(key, {.kind = Key::Kind::map});
+  return read_section(key);
+}
+
+Config Config::read_section(const std::string& key) {
   const YamlNode node = require(key);
   if (!node.is_map()) throw error(key, "found " + shown(node) + ", expected a map of keys");
   return child(node, key + ".", key + ".");
@@ -323,7 +325,7 @@ Config Config::section(const std::string& key) {
 
 Config Config::optional_section(const std::string& key) {
   if (recorder_ != nullptr) record(key, {.kind = Key::Kind::map, .required = false});
-  if (known(key)) return section(key);
+  if (known(key)) return read_section(key);
   return child(YamlNode(YamlNode::Kind::map).placed_at(node_), key + ".", key + ".");
 }
 
@@ -359,6 +361,26 @@ std::map<std::string, double> Config::named_quantities(Dimension dimension) {
   std::map<std::string, double> values;
   for (const std::string& name : keys()) values[name] = convert(raw(name), name, dimension, {});
   return values;
+}
+
+std::vector<std::pair<std::string, YamlNode>> Config::named_values(const std::string& kind) {
+  if (recorder_ != nullptr) {
+    record("NAME", {.kind = Key::Kind::other, .words = {kind}, .required = false});
+  }
+  std::vector<std::pair<std::string, YamlNode>> values;
+  for (const std::string& name : keys()) values.emplace_back(name, raw(name));
+  return values;
+}
+
+std::filesystem::path Config::existing(const std::string& key, const std::string& path) const {
+  const std::filesystem::path full =
+      std::filesystem::absolute(std::filesystem::path(file_).parent_path() / path)
+          .lexically_normal();
+  if (!std::filesystem::exists(full)) {
+    throw error(key,
+                "found '" + path + "', expected a file or directory; there is no " + full.string());
+  }
+  return full;
 }
 
 void Config::optional(const std::string& key, Dimension dimension, double& value,
@@ -402,25 +424,23 @@ void Config::optional_microseconds(const std::string& key, std::int64_t& value,
   if (has(key)) value = std::llround(1e6 * time);
 }
 
-void Config::optional(const std::string& key, int& value, const ValueBounds& bounds) {
-  std::int64_t whole_value = value;
-  optional_whole(key, whole_value, bounds, min_int, max_int);
-  value = static_cast<int>(whole_value);
-}
-
-void Config::optional(const std::string& key, std::int64_t& value, const ValueBounds& bounds) {
-  optional_whole(key, value, bounds, min_whole, max_whole);
-}
-
-void Config::optional_whole(const std::string& key, std::int64_t& value, const ValueBounds& bounds,
-                            std::int64_t min_value, std::int64_t max_value) {
+template <class Integer>
+void Config::optional_whole(const std::string& key, Integer& value, const ValueBounds& bounds) {
   if (recorder_ != nullptr) {
     record(key, {.kind = Key::Kind::integer,
                  .bounds = bounds,
                  .required = false,
                  .default_value = std::to_string(value)});
   }
-  if (known(key)) value = whole(node_.at(key), key, bounds, min_value, max_value);
+  if (known(key)) value = whole<Integer>(node_.at(key), key, bounds);
+}
+
+void Config::optional(const std::string& key, int& value, const ValueBounds& bounds) {
+  optional_whole(key, value, bounds);
+}
+
+void Config::optional(const std::string& key, std::int64_t& value, const ValueBounds& bounds) {
+  optional_whole(key, value, bounds);
 }
 
 void Config::optional(const std::string& key, bool& value) {

@@ -85,6 +85,8 @@ class Config {
   /// Of a map whose keys are names of the user's own: the maps behind them, or the quantities.
   std::vector<std::pair<std::string, Config>> named_sections();
   std::map<std::string, double> named_quantities(Dimension dimension);
+  /// The same of values with a grammar of their own, which `kind` names.
+  std::vector<std::pair<std::string, YamlNode>> named_values(const std::string& kind);
 
   /// Optional values: the variable keeps its value, the default, when the key is missing.
   void optional(const std::string& key, Dimension dimension, double& value,
@@ -121,6 +123,10 @@ class Config {
   /// An error that names this file, the line of the key and the key.
   InputError error(const std::string& key, const std::string& what) const;
 
+  /// The file or directory at `path`, relative to this file's directory; absolute.
+  /// @throws InputError of the key when nothing is there.
+  std::filesystem::path existing(const std::string& key, const std::string& path) const;
+
   /// The keys that readers asked for so far, whether there or not.
   const std::set<std::string>& keys_read() const { return read_; }
 
@@ -141,8 +147,9 @@ class Config {
   bool known(const std::string& key);  // marks an optional key as one that may be there
   double convert(const YamlNode& node, const std::string& key, Dimension dimension,
                  const ValueBounds& bounds) const;
-  std::int64_t whole(const YamlNode& node, const std::string& key, const ValueBounds& bounds,
-                     std::int64_t min_value, std::int64_t max_value) const;
+  template <class Integer>
+  Integer whole(const YamlNode& node, const std::string& key, const ValueBounds& bounds) const;
+  Config read_section(const std::string& key);
   Vector3d read_vector(const std::string& key, Dimension dimension, const ValueBounds& bounds);
   bool read_boolean(const std::string& key);
   std::string read_text(const std::string& key);
@@ -151,8 +158,8 @@ class Config {
                                       const ValueBounds& bounds);
   Pose read_pose(const std::string& key);
   std::vector<std::string> read_texts(const std::string& key);
-  void optional_whole(const std::string& key, std::int64_t& value, const ValueBounds& bounds,
-                      std::int64_t min_value, std::int64_t max_value);
+  template <class Integer>
+  void optional_whole(const std::string& key, Integer& value, const ValueBounds& bounds);
   /// Empty when the key is missing.
   std::string optional_word(const std::string& key, const std::vector<std::string>& words,
                             const std::string& default_value);

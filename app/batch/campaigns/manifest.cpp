@@ -19,28 +19,18 @@ namespace {
 
 constexpr std::int64_t max_trials = 1000000000;
 
-fs::path resolved(const Config& config, const std::string& key, const std::string& path) {
-  const fs::path full =
-      fs::absolute(fs::path(config.file()).parent_path() / path).lexically_normal();
-  if (!fs::exists(full)) {
-    throw config.error(
-        key, "found '" + path + "', expected a file or directory; there is no " + full.string());
-  }
-  return full;
-}
-
 Places read_places(Config& config, const Places* given) {
   Places places;
   places.config = shared_files() / "config";
   std::string text;
   config.optional("procedure", text);
-  if (!text.empty() && given == nullptr) places.procedure = resolved(config, "procedure", text);
+  if (!text.empty() && given == nullptr) places.procedure = config.existing("procedure", text);
   text.clear();
   config.optional("config", text);
-  if (!text.empty() && given == nullptr) places.config = resolved(config, "config", text);
+  if (!text.empty() && given == nullptr) places.config = config.existing("config", text);
   config.optional("target", places.target);
   if (!places.target.empty() && !is_target_name(places.target) && given == nullptr) {
-    places.target = resolved(config, "target", places.target).string();
+    places.target = config.existing("target", places.target).string();
   }
   return given == nullptr ? places : *given;
 }
@@ -57,13 +47,14 @@ std::optional<std::string> expanded(const std::string& path) {
 
 /// Reads `targets`; its names become the first axis of the grid.
 void read_targets(Config& config, const Places* given, Manifest& manifest) {
+  std::vector<Config> items = config.sections("targets");
   if (!config.has("targets")) return;
   for (const char* other : {"target", "target_length"}) {
     if (config.has(other)) throw config.error(other, "expected either this or 'targets'");
   }
   Parameter axis;
   axis.name = target_axis;
-  for (Config& item : config.sections("targets")) {
+  for (Config& item : items) {
     CampaignTarget target;
     const std::string path = item.text("target");
     target.name = fs::path(path).stem().string();
@@ -81,7 +72,7 @@ void read_targets(Config& config, const Places* given, Manifest& manifest) {
       manifest.notes.push_back("target " + path + " is left out: that variable is not set");
       continue;
     } else {
-      target.place = is_target_name(*found) ? *found : resolved(item, "target", *found).string();
+      target.place = is_target_name(*found) ? *found : item.existing("target", *found).string();
     }
     manifest.places.targets[target.name] = target.place;
     Draw value;
@@ -176,9 +167,8 @@ Manifest parse_manifest(const std::string& text, const std::string& file, const 
   config.optional("name", manifest.name);
   config.optional("description", manifest.description);
   manifest.experiment = "procedure";
-  if (config.has("experiment")) {
-    manifest.experiment = config.choice("experiment", {"acquisition", "procedure"});
-  }
+  config.optional_choice("experiment", manifest.experiment,
+                         {{"acquisition", "acquisition"}, {"procedure", "procedure"}});
   const bool is_procedure = manifest.experiment == "procedure";
   if (is_procedure != config.has("procedure")) {
     throw config.error(is_procedure ? "procedure" : "experiment",

@@ -114,13 +114,13 @@ Parameter parameter_at(Config& section, const std::string& key) {
 }
 
 template <class Read>
-std::vector<Parameter> read_section(Config& manifest, const std::string& name, const Read& read) {
+std::vector<Parameter> read_section(Config& manifest, const std::string& name,
+                                    const std::string& kind, const Read& read) {
   std::vector<Parameter> parameters;
-  if (!manifest.has(name)) return parameters;
-  Config section = manifest.section(name);
-  for (const std::string& key : section.keys()) {
+  Config section = manifest.optional_section(name);
+  for (const auto& [key, value] : section.named_values(kind)) {
     Parameter parameter = parameter_at(section, key);
-    read(section, section.raw(key), parameter);
+    read(section, value, parameter);
     parameters.push_back(std::move(parameter));
   }
   return parameters;
@@ -182,31 +182,36 @@ DrawnValue draw(const Parameter& parameter, std::size_t which, Random& random) {
 }
 
 std::vector<Parameter> read_grid(Config& manifest) {
-  return read_section(manifest, "grid", [](Config& section, const YamlNode& node, Parameter& into) {
-    if (!node.is_list() || node.size() == 0) {
-      throw section.error(into.name, "expected a list of the values that it takes");
-    }
-    for (const YamlNode& item : node.items()) {
-      into.values.push_back(draws_of(item, section, into.name, false, into.is_list));
-    }
-  });
+  return read_section(
+      manifest, "grid", "list of values",
+      [](Config& section, const YamlNode& node, Parameter& into) {
+        if (!node.is_list() || node.size() == 0) {
+          throw section.error(into.name, "expected a list of the values that it takes");
+        }
+        for (const YamlNode& item : node.items()) {
+          into.values.push_back(draws_of(item, section, into.name, false, into.is_list));
+        }
+      });
 }
 
 std::vector<Parameter> read_drawn(Config& manifest) {
-  return read_section(manifest, "draw", [](Config& section, const YamlNode& node, Parameter& into) {
-    into.values = {draws_of(node, section, into.name, true, into.is_list)};
-    for (const Draw& one : into.values.front()) {
-      if (one.kind != Kind::value) return;
-    }
-    throw section.error(
-        into.name, std::string("is always the same: put it under 'set', or give ") + distributions);
-  });
+  return read_section(
+      manifest, "draw", "distribution", [](Config& section, const YamlNode& node, Parameter& into) {
+        into.values = {draws_of(node, section, into.name, true, into.is_list)};
+        for (const Draw& one : into.values.front()) {
+          if (one.kind != Kind::value) return;
+        }
+        throw section.error(
+            into.name,
+            std::string("is always the same: put it under 'set', or give ") + distributions);
+      });
 }
 
 std::vector<Parameter> read_fixed(Config& manifest) {
-  return read_section(manifest, "set", [](Config& section, const YamlNode& node, Parameter& into) {
-    into.values = {draws_of(node, section, into.name, false, into.is_list)};
-  });
+  return read_section(manifest, "set", "value",
+                      [](Config& section, const YamlNode& node, Parameter& into) {
+                        into.values = {draws_of(node, section, into.name, false, into.is_list)};
+                      });
 }
 
 }  // namespace berth::campaigns

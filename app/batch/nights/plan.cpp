@@ -24,15 +24,6 @@ struct Seeds {
   int fresh = 0;
 };
 
-fs::path resolved(const Config& config, const std::string& key, const std::string& path) {
-  const fs::path full = (fs::path(config.file()).parent_path() / path).lexically_normal();
-  if (!fs::exists(full)) {
-    throw config.error(
-        key, "found '" + path + "', expected a file or directory; there is no " + full.string());
-  }
-  return fs::absolute(full);
-}
-
 /// `fixed: 12` means the seeds 1 to 12, `fixed: [3, 5]` just these.
 std::vector<std::uint64_t> read_fixed(Config& config) {
   std::vector<std::uint64_t> seeds;
@@ -57,27 +48,27 @@ std::vector<std::uint64_t> read_fixed(Config& config) {
 }
 
 Seeds read_seeds(Config& parent, const Seeds& otherwise) {
-  if (!parent.has("seeds")) return otherwise;
-  Config config = parent.section("seeds");
+  Config config = parent.optional_section("seeds");
   Seeds seeds;
   seeds.fixed = read_fixed(config);
   config.optional("fresh", seeds.fresh, within(0, max_seeds));
   config.finish();
-  return seeds;
+  return parent.has("seeds") ? seeds : otherwise;
 }
 
 /// A list of words, or one word; one empty word when the key is missing.
 std::vector<std::string> words(Config& config, const std::string& key) {
-  if (!config.has(key)) return {""};
-  if (config.node().at(key).is_text()) return {config.text(key)};
-  auto list = config.texts(key);
-  if (list.empty()) throw config.error(key, "found an empty list");
+  std::vector<std::string> list;
+  if (config.has(key) && config.node().at(key).is_text()) return {config.text(key)};
+  config.optional(key, list);
+  if (list.empty() && config.has(key)) throw config.error(key, "found an empty list");
+  if (list.empty()) list.emplace_back();
   return list;
 }
 
 std::vector<Case> read_cases(Config& config, const Seeds& default_seeds) {
   Case common;
-  common.procedure = resolved(config, "procedure", config.text("procedure"));
+  common.procedure = config.existing("procedure", config.text("procedure"));
   config.optional("may_fail", common.may_fail, at_least(0).below(1));
   const Seeds seeds = read_seeds(config, default_seeds);
   common.fixed = seeds.fixed;
@@ -85,15 +76,14 @@ std::vector<Case> read_cases(Config& config, const Seeds& default_seeds) {
   if (seeds.fixed.empty() && seeds.fresh == 0) {
     throw config.error(config.has("seeds") ? "seeds" : "procedure", "no seeds, so it never runs");
   }
-  if (config.has("set")) {
-    Config set = config.section("set");
-    for (const auto& key : set.keys()) {
-      common.parameters[key] = plain_text(set.raw(key));
-    }
+  for (const auto& [name, value] : config.optional_section("set").named_values("value")) {
+    common.parameters[name] = plain_text(value);
   }
   std::string name = common.procedure.stem().string();
-  if (config.has("estimator")) {
-    common.estimator = resolved(config, "estimator", config.text("estimator"));
+  std::string estimator;
+  config.optional("estimator", estimator);
+  if (!estimator.empty()) {
+    common.estimator = config.existing("estimator", estimator);
     name += " by " + common.estimator.stem().string();
   }
   config.optional("name", name);
@@ -110,7 +100,7 @@ std::vector<Case> read_cases(Config& config, const Seeds& default_seeds) {
           one.name = name;
           one.target = target;
           if (!target.empty() && !is_target_name(target)) {
-            one.target = resolved(config, "targets", target).string();
+            one.target = config.existing("targets", target).string();
           }
           if (!target.empty()) one.name += " " + fs::path(target).stem().string();
           if (!host.empty()) one.host = host;
@@ -123,7 +113,7 @@ std::vector<Case> read_cases(Config& config, const Seeds& default_seeds) {
           if (!world.empty()) one.parameters["simulation.yaml:world"] = world;
           if (!one.is_compared()) one.name += " in " + world;
           if (!directory.empty()) {
-            one.config = resolved(config, "configs", directory);
+            one.config = config.existing("configs", directory);
             one.name += " with " + fs::path(directory).filename().string();
           }
           cases.push_back(one);
@@ -137,8 +127,7 @@ std::vector<Case> read_cases(Config& config, const Seeds& default_seeds) {
 
 evaluation::MinimumEffect read_minimum_effect(Config& parent) {
   evaluation::MinimumEffect minimum;
-  if (!parent.has("minimum_effect")) return minimum;
-  Config config = parent.section("minimum_effect");
+  Config config = parent.optional_section("minimum_effect");
   const std::map<std::string, Dimension> keys = {{"length", Dimension::length},
                                                  {"angle", Dimension::angle},
                                                  {"time", Dimension::time},
@@ -154,29 +143,39 @@ evaluation::MinimumEffect read_minimum_effect(Config& parent) {
   return minimum;
 }
 
+void read_other_config(Config& config, fs::path& directory) {
+  std::string path;
+  config.optional("config", path);
+  if (!path.empty()) directory = config.existing("config", path);
+}
+
 Baseline read_baseline(Config& parent) {
   Baseline baseline;
-  if (!parent.has("baseline")) return baseline;
-  Config config = parent.section("baseline");
-  baseline.build = resolved(config, "build", config.text("build"));
-  if (config.has("config")) baseline.config = resolved(config, "config", config.text("config"));
+  Config config = parent.optional_section("baseline");
+  std::string build;
+  config.optional("build", build);
+  if (!build.empty()) baseline.build = config.existing("build", build);
+  if (build.empty() && parent.has("baseline")) throw config.error("build", "is missing");
+  read_other_config(config, baseline.config);
   config.finish();
   return baseline;
 }
 
 Archive read_archive(Config& parent) {
   Archive archive;
+  Config config = parent.optional_section("archive");
+  std::string runs;
+  config.optional("runs", runs);
+  read_other_config(config, archive.config);
+  config.finish();
   if (!parent.has("archive")) return archive;
-  Config config = parent.section("archive");
-  const std::string runs = config.text("runs");
-  archive.runs = resolved(config, "runs", runs);
+  if (runs.empty()) throw config.error("runs", "is missing");
+  archive.runs = config.existing("runs", runs);
   if (!fs::is_directory(archive.runs) ||
       std::none_of(fs::directory_iterator(archive.runs), fs::directory_iterator(),
                    [](const auto& entry) { return entry.is_directory(); })) {
     throw config.error("runs", "found '" + runs + "', expected a directory of run directories");
   }
-  if (config.has("config")) archive.config = resolved(config, "config", config.text("config"));
-  config.finish();
   return archive;
 }
 
