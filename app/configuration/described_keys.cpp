@@ -33,7 +33,7 @@ std::string last_of(const std::string& path) {
   return dot == std::string::npos ? path : path.substr(dot + 1);
 }
 
-/// What a reader asks of one file; of a key that it asked for twice, once.
+/// The keys that a reader reads from one file, each once.
 std::vector<ConfigKey> keys_of(const ConfigKind& kind, const fs::path& file) {
   const ConfigRecorder recorder;
   kind.read(file);
@@ -67,7 +67,7 @@ bool matches(const std::string& pattern, const std::string& path) {
   return inner.empty() || matches(inner, parent_of(path));
 }
 
-/// Keys next to those of their section, sections in the order in which they were asked for.
+/// Keys next to those of their section, sections in the order in which they were read.
 void by_section(const std::string& section, const std::vector<DescribedKey>& all,
                 std::vector<DescribedKey>& sorted) {
   for (const DescribedKey& one : all) {
@@ -152,7 +152,7 @@ std::vector<DescribedKey> described_keys(const ConfigKind& kind, const fs::path&
       }
     }
   }
-  // A key that is told once of two sections with the same keys.
+  // A key described in one of two sections with the same keys.
   for (DescribedKey& one : all) {
     for (const DescribedKey& other : all) {
       if (!one.meaning.empty()) break;
