@@ -9,8 +9,8 @@
 
 namespace berth {
 
-/// Does what must not change the outcome of a run, a night or a campaign: clearing up, pages,
-/// lists. What goes wrong with it is a warning on standard error. @return whether it was done.
+/// Runs work that must not change the outcome of a run, a night or a campaign: clearing up, pages,
+/// lists. An error in it is a warning on standard error. @return whether it was done.
 template <class Work>
 bool attempt(Work work) {
   try {

@@ -8,7 +8,7 @@
 
 namespace berth {
 
-/// What is drawn beside the cell itself.
+/// What is drawn in addition to the cell itself.
 struct CellPicture {
   Joints replica{};
   Joints sensor{};

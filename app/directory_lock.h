@@ -7,7 +7,7 @@ namespace berth {
 
 /// One command at a time in one directory, which is made where there is none. The proof is a lock
 /// (flock) on its file `.lock`, which the kernel drops when the process ends, however it ends; the
-/// file says who holds it.
+/// file names the holder.
 class DirectoryLock {
  public:
   static constexpr char file_name[] = ".lock";

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-/// What every command of Berth says to the shell.
+/// Exit codes of every command of Berth.
 namespace berth::exit_code {
 
 inline constexpr int passed = 0;
@@ -10,11 +10,11 @@ inline constexpr int error = 2;   ///< the rig, the input, or a time-out
 inline constexpr int aborted = 3;
 inline constexpr int inconclusive = 4;
 
-/// The worst of two, as every command says it that runs or judges several: passed, inconclusive,
-/// failed, error, aborted. What is complete comes first: passed, open, failed. A run that the cell
-/// or its input spoiled has no answer and must be mended and run again; an abort is a person's
-/// decision that ended whatever would have followed. Codes that are none of these (of a process
-/// that died) are errors.
+/// The worst of two, as returned by every command that runs or judges several: passed,
+/// inconclusive, failed, error, aborted. What is complete comes first: passed, open, failed. A run
+/// that the cell or its input spoiled has no answer and must be mended and run again; an abort is a
+/// person's decision that ended whatever would have followed. Codes that are none of these (of a
+/// process that died) are errors.
 constexpr int worst(int a, int b) {
   const auto rank = [](int code) {
     switch (code) {

@@ -114,7 +114,7 @@ void Pool::reap() {
   for (auto one = running_.begin(); one != running_.end();) {
     const auto how = one->process->wait_for(std::chrono::milliseconds(0));
     if (how) {
-      std::list<Running> ended;  // so that ended() sees what runs beside it
+      std::list<Running> ended;  // so that ended() sees the tasks that still run
       ended.splice(ended.begin(), running_, one++);
       ended.front().task.ended(ended.front().end(*how));
       continue;

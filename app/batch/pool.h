@@ -28,17 +28,17 @@ struct Task {
   std::function<void()> body;        ///< what a copy of this process does; may throw
   std::filesystem::path output;      ///< what it prints is appended there; empty: nowhere
   double time_limit_s = 0;           ///< of wall time; 0: none
-  bool alone = false;                ///< nothing runs beside it
+  bool alone = false;                ///< no other task runs at the same time
   std::function<void(const TaskEnd&)> ended;  ///< may add tasks, and throw if not interrupted
 };
 
-/// As asked for, or, where that is 0, as many as there are processors.
+/// As requested; the number of processors where that is 0.
 int jobs_of(int requested);
 
 struct PoolOptions {
   int jobs = 0;                       ///< tasks at a time, by jobs_of()
   double time_budget_s = 0;           ///< of wall time, after which none begins; 0: none
-  std::function<bool()> interrupted;  ///< asked several times a second; may be empty
+  std::function<bool()> interrupted;  ///< called several times a second; may be empty
   std::function<void()> watch;        ///< called as often, for progress; may be empty
 };
 

@@ -18,7 +18,7 @@ Outcome outcome_of_run(std::int8_t outcome);
 /// Whether a run broke off at this step.
 bool went_wrong(const procedure_step_t& step);
 
-/// What a task gave, whichever front end asked for it.
+/// The result of a task, whichever front end requested it.
 struct TaskResult {
   std::uint64_t seed = 0;
   Outcome outcome = Outcome::error;

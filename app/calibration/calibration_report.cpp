@@ -77,7 +77,7 @@ std::string summary_of(const SolvedCalibration& solved) {
     }
     text += " mm and " + fixed(degrees(bias.tail<3>().norm()), 3) + " deg\n";
   } else {
-    text += "a bias of the sensor itself is part of this truth: a tracker would tell it\n";
+    text += "a bias of the sensor itself is part of this truth: a tracker would reveal it\n";
   }
   text += c.unobservable.empty() ? "everything could be observed\n"
                                  : "not to be observed, so left as near to the files as can be:\n";

@@ -34,10 +34,11 @@ std::string calibration_procedure(const RunSetup& setup, const testbed::PoseSele
                                   const CalibrationPace& pace) {
   using testbed::FrozenArm;
   std::string text = "# SPDX-License-Identifier: BSD-3-Clause\nname: calibration\n";
-  text += "description: >\n  Made by berth calibrate: the target is measured at rest in " +
-          std::to_string(selection.poses.size()) +
-          " poses chosen for what they tell of the cell, then with each arm in fast motion for the "
-          "clocks.\n";
+  text +=
+      "description: >\n  Made by berth calibrate: the target is measured at rest in " +
+      std::to_string(selection.poses.size()) +
+      " poses chosen for their information on the cell, then with each arm in fast motion for the "
+      "clocks.\n";
   text += "layout: " + setup.layout + "\n";
   if (!setup.target.empty()) text += "target: " + setup.target + "\n";
   if (setup.target_length > 0) {

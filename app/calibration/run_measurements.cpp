@@ -36,7 +36,7 @@ constexpr double margin = 0.15;
 constexpr double steady_linear = 0.012;
 constexpr double steady_angular = radians(1.0);
 constexpr double steadying = 1.0;
-/// Estimates after an acquisition that are still on their way.
+/// Estimates after an acquisition that have not converged yet.
 constexpr int settling_estimates = 5;
 /// Fewest scans of a pose, and of it all to know the scatter of one.
 constexpr int min_scans = 4;
@@ -121,8 +121,8 @@ Matrix6d scatter_about(const Pose& mean, const std::vector<Pose>& poses) {
   return scatter;
 }
 
-/// Scans of a target at rest, without those that stand far away from the others: there the
-/// estimator slid along the target, or took something else for it.
+/// Scans of a target at rest, without outliers: there the estimator slid along the target, or took
+/// something else for it.
 std::vector<Pose> without_strays(const std::vector<Pose>& poses) {
   constexpr double far = 4;  // times the median distance: six sigmas
   Pose centre = poses.front();
@@ -202,7 +202,8 @@ void add_scans(CalibrationRun& run, const Cell& cell, std::vector<Estimate> esti
   for (const Group& group : groups) {
     const auto n = static_cast<double>(group.measured.size());
     const Pose mean = mean_of(group.measured);
-    // Few scans say little of their own scatter: what all poses say counts as so many more.
+    // Few scans determine their own scatter poorly: the scatter of all poses is a prior worth this
+    // number of scans.
     constexpr double of_all = 12;
     const Matrix6d scatter =
         (scatter_about(mean, group.measured) + of_all * pooled) / (n - 1 + of_all);
@@ -220,7 +221,7 @@ void add_readings(CalibrationRun& run, const std::vector<testbed::TrackerLine>& 
     Vector3d point = Vector3d::Zero();
     int count = 0;
   };
-  constexpr double moving_spacing = 0.05;     // s: neighbours hang together
+  constexpr double moving_spacing = 0.05;     // s: neighbours are correlated
   std::map<std::size_t, double> last_moving;  // by reflector, s
   std::map<std::size_t, Average> averages;    // by reflector, of the rest under way
   ArmPair resting;
@@ -301,7 +302,7 @@ CalibrationRun read_calibration_run(const std::filesystem::path& log, const Cell
   const SymmetryGroup symmetry =
       record.info() ? evaluation::symmetry_of_run(*record.info()) : SymmetryGroup();
   if (run.replica.empty() || run.sensor.empty() || estimates.empty()) {
-    throw InputError(log.string() + ": holds no joints of both arms with estimates beside them");
+    throw InputError(log.string() + ": holds no joints of both arms at the times of estimates");
   }
   try {
     add_scans(run, nominal, std::move(estimates), symmetry);

@@ -16,8 +16,8 @@ std::vector<std::string> poses_left_out(const std::filesystem::path& log);
 
 /// What a recorded run holds for calibration: estimates while the arms rested, as one pose each
 /// with the scatter of its scans, those while they moved steadily one by one, and what a tracker
-/// saw meanwhile. Estimates lag behind an acceleration: those scans say nothing of the clocks.
-/// @param nominal tells accelerations
+/// saw meanwhile. Estimates lag behind an acceleration: those scans do not determine the clocks.
+/// @param nominal gives the accelerations
 /// @param tracker_file empty: none
 /// @throws InputError when the log cannot be read or holds nothing of the kind.
 testbed::CalibrationRun read_calibration_run(const std::filesystem::path& log, const Cell& nominal,

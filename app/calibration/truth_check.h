@@ -17,7 +17,7 @@ struct TruthCheck {
   double time = 0;  ///< s by which truth's stamps are too early, from all its motion
 };
 
-/// Compares GROUND_TRUTH in the run's log with world_truth.lcm beside it.
+/// Compares GROUND_TRUTH in the run's log with world_truth.lcm in the same directory.
 /// @throws InputError when one of them is missing or empty.
 TruthCheck check_truth(const std::filesystem::path& run);
 

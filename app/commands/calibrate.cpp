@@ -43,7 +43,7 @@ struct CalibrateOptions {
   bool install = false;
 };
 
-/// The procedure that calibrates the cell asked for, as text.
+/// The procedure that calibrates the requested cell, as text.
 std::string choose(const CalibrateOptions& options) {
   const RunRequest& request = options.cell.request;
   RunSetup setup = choose_setup(
@@ -179,7 +179,7 @@ void add_calibrate(CLI::App& app, int& exit_code) {
       "calibrate",
       "Find out by how much the cell departs from its files: bases, mounts, joint zeros, links "
       "and\n"
-      "clocks. Runs a procedure of poses chosen for what they tell, solves, and writes a dated\n"
+      "clocks. Runs a procedure of poses chosen for their information, solves, and writes a dated\n"
       "calibration file with its covariance. See docs/calibration.md");
   auto options = std::make_shared<CalibrateOptions>();
   add_twin_options(*command, options->cell);
@@ -196,12 +196,13 @@ void add_calibrate(CLI::App& app, int& exit_code) {
                       "Only choose the poses and write the procedure to this file");
   command->add_option("--from", options->from,
                       "Move nothing: solve from these recorded runs, whatever they were");
-  command->add_flag("--with-tracker", options->with_tracker,
-                    "A laser tracker watches; a simulated one writes tracker.csv beside the run");
+  command->add_flag(
+      "--with-tracker", options->with_tracker,
+      "A laser tracker watches; a simulated one writes tracker.csv in the run directory");
   command->add_option("--tracker", options->trackers,
                       "With --from: the tracker's CSV of each run (time, point, x, y, z)");
   command->add_option("--check", options->check,
-                      "Only tell how far the ground truth of simulated runs is from their world");
+                      "Only report how far the ground truth of simulated runs is from their world");
   command->add_option("--to", options->to, "The calibration file; OUT/LAYOUT_DATE.yaml without");
   command->add_flag("--install", options->install,
                     "Make it the configuration's own calibration of the layout");

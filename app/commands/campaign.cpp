@@ -134,7 +134,7 @@ void print_summary(const Campaign& campaign, const Summary& summary) {
   std::printf("campaign %s\n", campaign.directory().c_str());
 }
 
-/// Joins what is there, draws it and says it.
+/// Merges the results that are there, draws the report and prints the summary.
 Summary conclude(const Campaign& campaign) {
   const Summary summary = merge(campaign);
   if (summary.present > 0) {
@@ -314,7 +314,7 @@ void add_campaign(CLI::App& app, int& exit_code) {
                       "The campaign's directory (default: campaign-runs/NAME); one that is there "
                       "goes on where it was");
   command->add_flag("--list", options->list,
-                    "Print what an acquisition may be told and what can be kept of it");
+                    "Print the parameters and measurements of an acquisition");
   command->require_subcommand(0, 1);
   add_verbs(*command, options, exit_code);
   command->callback([command, options, &exit_code] {

@@ -26,7 +26,7 @@
 namespace berth::commands {
 namespace {
 
-/// Until the console that was started with the run has said where it serves, or some seconds.
+/// Waits until the console that was started with the run has reported its address, or some seconds.
 void announce_console(const RunFiles& files, pid_t supervisor) {
   constexpr int max_tenths = 100;
   const ProcessHandle process(supervisor);

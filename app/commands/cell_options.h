@@ -27,7 +27,7 @@ double target_length_of(const std::string& text);
 /// Writes target_notes() to standard error, under the name that the user gave the target.
 void print_notes(const std::vector<std::string>& notes, const std::string& named);
 
-/// What commands that run something in a cell are told of it.
+/// Options of commands that run something in a cell.
 struct CellOptions {
   RunRequest request;
   std::vector<std::string> set;

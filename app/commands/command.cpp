@@ -101,7 +101,7 @@ struct CommandOptions {
   double timeout = 10;
 };
 
-/// What a TAKE_CONTROL says.
+/// The text of a TAKE_CONTROL.
 std::string control_words(const CommandOptions& options) {
   std::string words = options.over ? procedures::take_over_word : "";
   if (!options.hold_when_lost) return words;
@@ -261,19 +261,19 @@ void add_command(CLI::App& app, int& exit_code) {
       "Ask something of a running procedure: [RUN] hold | resume | step | skip | retry |\n"
       "reset | abort | answer ID TEXT | speed '60 %' | lamps 'sun: 80 %, albedo: 10 %' | take | "
       "release.\n"
-      "take keeps control, so that nobody else steers, until Ctrl-C, release, or the end.\n"
+      "take keeps control, so that no other operator steers, until Ctrl-C, release, or the end.\n"
       "Exit code 0 when it was obeyed, 2 when not.");
   auto options = std::make_shared<CommandOptions>();
   sub->add_option("words", options->words,
-                  "Run directory (the newest run when left out), and what is asked")
+                  "Run directory (the newest run when left out), and the request")
       ->required()
       ->type_name("[RUN] VERB");
   sub->add_option("--reason", options->reason, "Why: needed for skip; kept in the log");
   sub->add_option(
       "--as", options->name,
-      "Who asks; several commands of one name are one operator's. Default: the user and "
+      "Name of the operator; commands under one name are one operator's. Default: the user and "
       "the process");
-  sub->add_flag("--over", options->over, "take: from whoever has control");
+  sub->add_flag("--over", options->over, "take: from the present holder of control");
   sub->add_flag("--hold-when-lost", options->hold_when_lost,
                 "take: the procedure is held when control is no longer kept");
   sub->add_option("--timeout", options->timeout, "Seconds in which it must be obeyed")

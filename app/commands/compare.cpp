@@ -28,7 +28,7 @@ struct CompareOptions {
 };
 
 /// The runs that a user names (see find_run), judged from their logs: of a log all that it holds.
-/// What cannot be read is told on standard error and costs no other run.
+/// Unreadable ones are reported on standard error; the others are still judged.
 /// @param worst exit code, made worse by each run and by what cannot be read
 std::vector<report::ReportedRun> read_runs(const std::vector<std::string>& names, int& worst) {
   std::vector<report::ReportedRun> runs;

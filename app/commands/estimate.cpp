@@ -31,7 +31,8 @@ constexpr const char* explanation =
     "\n"
     "Clouds are in the sensor's frame (x right, y down, z along the boresight, or as the sensor "
     "has\n"
-    "it), in metres or in the unit that a column's name says. PCD and PLY: fields x y z. XYZ, TXT, "
+    "it), in metres or in the unit that a column's name gives. PCD and PLY: fields x y z. XYZ, "
+    "TXT, "
     "CSV,\n"
     "ASC, PTS: text, x y z first, or a line that names the columns. PTX: one scan; its empty beams "
     "count\n"
@@ -71,7 +72,7 @@ std::int64_t stopwatch() {
       .count();
 }
 
-/// The model from the cache; says so when it must be compiled first.
+/// The model from the cache; prints a note when it must be compiled first.
 std::shared_ptr<const TargetModel> prepare_model(const Target& target,
                                                  const ModelOptions& options) {
   const std::filesystem::path cache = default_cache_directory();
@@ -134,7 +135,7 @@ void take_noise(const std::string& text, BeamModel& beam_model) {
 std::string noise_note(const BeamModel& noise, const std::string& lidar) {
   return "the beams' noise is taken to be that of " + lidar + ", " +
          shown(1e3 * noise.range_sigma_m) + " mm and " + shown(1e3 * noise.azimuth_sigma_rad) +
-         " mrad; --noise says otherwise";
+         " mrad; --noise overrides it";
 }
 
 int estimate(const EstimateOptions& options) {
@@ -247,7 +248,7 @@ void add_estimate(CLI::App& app, int& exit_code) {
       ->type_name("RANGE[,ANGLE]");
   command
       ->add_option("--time-unit", options->time_unit,
-                   "Unit of the clouds' times where their names and values do not tell it")
+                   "Unit of the clouds' times where their names and values do not determine it")
       ->check(CLI::IsMember({"s", "ms", "us", "ns"}));
   command
       ->add_option("--config", options->config,

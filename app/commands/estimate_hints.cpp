@@ -23,7 +23,7 @@ struct Drops {
     add(file.not_finite, "have a coordinate that is missing or no number");
     add(file.at_sensor, "are at the sensor (0 0 0)");
     add(file.later_returns, "are later returns of their beams");
-    add(file.undirected, "are empty beams whose direction nothing tells");
+    add(file.undirected, "are empty beams without a direction");
     add(static_cast<std::size_t>(scan.invalid), "are farther than 100 km");
     add(static_cast<std::size_t>(scan.nearer), "are nearer than the gate");
     add(static_cast<std::size_t>(scan.farther), "are farther than the gate");
@@ -85,7 +85,7 @@ void add_hints(const clouds::Cloud& cloud, const estimator::PreprocessedScan& sc
   const Extent extent(cloud, target_length);
   if (extent.hits == 0) return;
   const std::string target = "the target is " + shown(target_length) + " m long";
-  // A target 100 times its length away is less than 10 mrad wide: nobody measures its pose there.
+  // A target 100 times its length away is less than 10 mrad wide: too small to measure a pose.
   constexpr double max_lengths = 100;
   if (result.status != Status::ok) {
     if (target_length >= 3 * extent.farthest) {
@@ -93,7 +93,7 @@ void add_hints(const clouds::Cloud& cloud, const estimator::PreprocessedScan& sc
                              " m of the sensor: is its --length right?");
     } else if (extent.spread() > max_lengths * target_length) {
       result.notes.push_back(target + " and the cloud " + shown(extent.spread()) +
-                             " m across: are its coordinates in mm? A header can say so, as in "
+                             " m across: are its coordinates in mm? A header can state so, as in "
                              "'x (mm), y (mm), z (mm)'");
     }
   }

@@ -6,9 +6,8 @@
 
 namespace berth::commands {
 
-/// Puts into the result's reason which points were dropped, and why, where that decides the
-/// outcome, and into its notes what a cloud looks like that is in another unit or frame.
-/// target_length: m.
+/// Adds to the result's reason the dropped points, with the cause, where they decide the outcome;
+/// adds to its notes that a cloud looks as if in another unit or frame. target_length: m.
 void add_hints(const clouds::Cloud& cloud, const estimator::PreprocessedScan& scan,
                double target_length, estimator::SingleScanResult& result);
 

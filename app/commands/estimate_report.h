@@ -7,8 +7,8 @@
 #include "common/clouds/cloud.h"
 #include "estimator/single_scan.h"
 
-/// What berth estimate prints of one cloud. Every report has the same keys, null where there is
-/// nothing to say.
+/// The output of berth estimate for one cloud. Every report has the same keys, null where a value
+/// is missing.
 namespace berth::commands {
 
 nlohmann::ordered_json report_of(const std::string& file, const clouds::Cloud& cloud,

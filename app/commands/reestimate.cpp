@@ -72,7 +72,7 @@ void print_batch(const Batch& batch, const ReestimateOptions& options) {
       per(static_cast<double>(all.estimates), all.wall_s), per(all.recorded_s, all.wall_s),
       100 * per(all.estimator_s, all.wall_s));
   if (batch.identical()) {
-    std::printf("all estimates are the recorded ones, number for number\n");
+    std::printf("all estimates are identical to the recorded ones\n");
   } else {
     print_text(evaluation::text_of(batch.change, options.request.level));
   }

@@ -65,7 +65,7 @@ void add_replay(CLI::App& app, int& exit_code) {
   command->add_option("--only", request.only, "Only channels that match")->type_name("REGEXP");
   command->add_option("--without", request.without, "No channels that match")->type_name("REGEXP");
   command->add_flag("--estimate", request.estimate,
-                    "Run an estimator beside it, on the recorded scans; the recorded estimates go "
+                    "Run an estimator alongside, on the recorded scans; the recorded estimates go "
                     "out as " +
                         std::string(recorded_estimate_channel));
   command->add_option("--config", request.config,

@@ -17,7 +17,8 @@
 namespace berth::commands {
 namespace {
 
-/// What berth check would say, before anything starts. @return whether it may.
+/// Runs berth check before anything starts and prints its findings. @return whether the run may
+/// start.
 bool passes_check(const RunRequest& request) {
   const auto procedure =
       procedures::load_procedure(request.procedure, of_procedure(request.parameters));

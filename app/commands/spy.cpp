@@ -53,14 +53,14 @@ std::string expression_of(const std::vector<std::string>& channels) {
   return all;
 }
 
-/// Hears everything on the bus and says nothing: no Bus, which could.
+/// Receives everything on the bus and cannot publish: no Bus, which could.
 class Listener {
  public:
   Listener(const std::string& url, const logs::ChannelPattern& pattern, SpyModel& model)
       : url_(bus_url(url)), lcm_(url_), pattern_(pattern), model_(model) {
     if (!lcm_.good()) {
       throw InputError("LCM cannot use " + url_ +
-                       ": is there a multicast route? 'berth doctor' tells how to mend it");
+                       ": is there a multicast route? 'berth doctor' shows the remedy");
     }
     // LCM drops the newest when its own queue is full.
     lcm_.subscribe(".*", &Listener::on_message, this)->setQueueCapacity(100000);
@@ -200,7 +200,7 @@ int spy(const SpyOptions& options) {
   }
   print(model, now(), true, options.values || !options.what.empty());
   if (model.channels().empty()) {
-    std::fprintf(stderr, "berth: nothing was heard on %s\n", listener.url().c_str());
+    std::fprintf(stderr, "berth: no message was received on %s\n", listener.url().c_str());
     return exit_code::failed;
   }
   return exit_code::passed;

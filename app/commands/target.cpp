@@ -142,7 +142,7 @@ void add_target(CLI::App& app, int& exit_code) {
                     "Of the target, or a folder; the mesh's own when left out");
   fresh->add_option("--length", options->length,
                     "Largest side as held, m; the mesh's when left out");
-  named(add("check", "Read a target strictly, and say what may be wrong with it", check));
+  named(add("check", "Read a target strictly, and report what may be wrong with it", check));
   auto* picture_verb = named(add("draw", "Draw a target from six sides, as SVG", picture));
   picture_verb->add_option("--out", options->out, "Picture to write; NAME.svg when left out");
   auto* measure_verb = named(

@@ -58,7 +58,7 @@ class Reader {
       if (path.empty()) {
         last_ = none;
       } else {
-        say(path, comment.empty() ? above_ : comment);
+        add(path, comment.empty() ? above_ : comment);
         last_ = comment.empty() ? none : begin;
         last_path_ = path;
       }
@@ -69,7 +69,7 @@ class Reader {
       last_ = none;
       own_ = false;
     } else if (begin == last_ && begin > 0) {
-      say(last_path_, comment);
+      add(last_path_, comment);
     } else {
       last_ = none;
       if (comment.rfind("SPDX", 0) == 0) own_ = true;
@@ -88,13 +88,13 @@ class Reader {
     }
     const std::string text = std::string(begin, ' ') + found[1].str() + found[2].str();
     const std::size_t inner = comment_begin(text);
-    std::string said = inner == none ? above_ : trimmed(text.substr(inner + 1));
-    const std::string path = key(text.substr(0, inner), said);
-    if (comments_.count(path) == 0) say(path, said);
+    std::string description = inner == none ? above_ : trimmed(text.substr(inner + 1));
+    const std::string path = key(text.substr(0, inner), description);
+    if (comments_.count(path) == 0) add(path, description);
   }
 
-  /// Follows the indentation. @return the path of the line's key; empty: it has none. Of a comment
-  /// what is of keys within braces is taken out.
+  /// Follows the indentation. @return the path of the line's key; empty: it has none. Descriptions
+  /// of keys within braces are removed from `comment`.
   std::string key(const std::string& body, std::string& comment) {
     static const std::regex name("([^\\s:\\[{\"'][^:{]*):( +(.*))?");
     std::size_t indent = body.find_first_not_of(' ');
@@ -140,7 +140,7 @@ class Reader {
       const std::string name = one.substr(0, colon);
       const std::string last = name.substr(name.rfind('.') + 1);
       if (colon < one.size() && map.find(last + ":") != none) {
-        say(path + "." + name, one.substr(colon + 2));
+        add(path + "." + name, one.substr(colon + 2));
       } else {
         left += (left.empty() ? "" : "; ") + one;
       }
@@ -148,7 +148,7 @@ class Reader {
     return left;
   }
 
-  void say(const std::string& path, const std::string& comment) {
+  void add(const std::string& path, const std::string& comment) {
     std::string& all = comments_[path];
     if (!comment.empty()) all += (all.empty() ? "" : " ") + comment;
   }

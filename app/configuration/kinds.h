@@ -8,7 +8,7 @@
 
 namespace berth {
 
-/// A kind of file that people configure Berth by, and who reads it.
+/// A kind of configuration file, and its reader.
 struct ConfigKind {
   std::string name;    ///< "lidar"
   std::string files;   ///< of the shared files, with wildcards: "config/lidars/*.yaml"

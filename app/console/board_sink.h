@@ -9,7 +9,7 @@
 
 namespace berth::console {
 
-/// From a view to the board.
+/// Writes the sections of a view to the board.
 class BoardSink : public Sink {
  public:
   explicit BoardSink(Board& board) : board_(board) {}

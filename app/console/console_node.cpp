@@ -18,7 +18,7 @@ namespace {
 constexpr Utime between_ticks = 50 * millisecond;
 constexpr Utime between_counts = second;
 
-/// What is fast is published at every tick, also at one that comes a little early.
+/// Fast sections are published at every tick, also at one that comes a little early.
 CellView::Options at_every_tick() {
   CellView::Options options;
   options.fast = between_ticks / 2;
@@ -38,7 +38,7 @@ ConsoleContext::ConsoleContext(const RunFiles& files)
   types.add(files.directory / "types");
 }
 
-/// Who has control is published by the command handler, which knows its viewers.
+/// The holder of control is published by the command handler, which knows its viewers.
 class ConsoleNode::ViewSink final : public BoardSink {
  public:
   using BoardSink::BoardSink;

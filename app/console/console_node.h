@@ -14,7 +14,7 @@
 
 namespace berth::console {
 
-/// What a console stands before: read from its run's directory.
+/// Context of a console: read from its run's directory.
 struct ConsoleContext {
   /// @throws InputError
   explicit ConsoleContext(const RunFiles& files);
@@ -30,7 +30,7 @@ class ConsoleNode final : public Node {
  public:
   struct Options {
     bool hold_when_lost = true;
-    /// Starts a procedure; @return why not, or nothing.
+    /// Starts a procedure; @return the reason why not, or nothing.
     std::function<std::string(const RunOrder&)> run;
   };
 

@@ -41,7 +41,7 @@ std::string RunStarter::start(const RunOrder& order) {
                                  "--out",
                                  cell_.directory.parent_path().string(),
                                  "--operator",
-                                 order.who};
+                                 order.operator_name};
   for (const auto& [name, value] : order.parameters) {
     words.push_back("--set=" + name + "=" + value);
   }

@@ -62,7 +62,7 @@ ConsoleConfig load_console_config(const fs::path& directory) {
   int viewers = static_cast<int>(console.server.max_viewers);
   config.optional("viewers", viewers, at_least(1));
   console.server.max_viewers = static_cast<std::size_t>(viewers);
-  // A browser asks for files over some connections beside its viewer's.
+  // A browser requests files over some connections in addition to its viewer's.
   console.server.max_connections = 64 + 2 * console.server.max_viewers;
   config.optional_choice("on_loss_of_control", console.hold_on_loss,
                          {{"hold", true}, {"nothing", false}});
@@ -79,7 +79,7 @@ void ServingOptions::add_to(CLI::App& command) {
                      "File that holds the token, readable by its owner alone");
   command.add_option("--certificate", certificate_, "Certificate (PEM): serve over TLS");
   command.add_option("--key", key_, "The certificate's key (PEM)");
-  command.add_option("--host", hosts_, "Another name by which browsers may ask for this host")
+  command.add_option("--host", hosts_, "Another name by which browsers may request this host")
       ->type_name("NAME")
       ->allow_extra_args(false);
 }

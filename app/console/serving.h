@@ -25,11 +25,11 @@ struct ConsoleConfig {
 /// Of a configuration directory; as shipped where it has no console.yaml. @throws InputError
 ConsoleConfig load_console_config(const std::filesystem::path& directory);
 
-/// What the command line may say instead of the configuration.
+/// Options that override the configuration.
 class ServingOptions {
  public:
   void add_to(CLI::App& command);
-  /// Whether anything was said.
+  /// Whether any option was given.
   bool given() const;
   /// The same again, for another program's command line.
   std::vector<std::string> arguments() const;
@@ -48,7 +48,7 @@ class ServingOptions {
 /// that Debian's packages libjs-three and libjs-dygraphs install. @throws InputError
 ServerOptions serving(const ConsoleConfig& config);
 
-/// The file in which the console of a run leaves its address, and which it locks, as long as it
+/// The file to which the console of a run writes its address, and which it locks, as long as it
 /// serves.
 class AddressFile {
  public:

@@ -89,7 +89,7 @@ void ArmExamination::on_status(const RegisterAnswer& answer) {
 }
 
 void ArmExamination::on_command_block(const RegisterAnswer& answer) {
-  if (!answer.ok()) return;  // the status reads tell
+  if (!answer.ok()) return;  // status reads report the fault
   const auto number = [&](const RegisterField& field) {
     const int at = field.address - setup_.map.command.first;
     return static_cast<int>(std::lround(field.get(answer.words.data() + at)));
@@ -120,7 +120,7 @@ std::vector<Finding> ArmExamination::findings(Utime span) const {
   if (list.front().state == State::bad) return list;
   list.push_back(register_map());
   list.push_back(controller_.timing());
-  if (mismatch()) return list;  // of what is not there nothing more can be said
+  if (mismatch()) return list;  // nothing more to examine
   list.push_back(tick());
   list.push_back(heartbeat());
   if (clock_.valid()) {
@@ -194,7 +194,7 @@ Finding ArmExamination::register_map() const {
   if (!wrong) {
     result.found = "registers " + std::to_string(setup_.map.status.first) + " to " +
                    std::to_string(setup_.map.status.first + setup_.map.status.count - 1) +
-                   " hold what the map says; the table itself is read back by the driver when it "
+                   " agree with the map; the table itself is read back by the driver when it "
                    "connects, which writes to slot 80";
     return result;
   }

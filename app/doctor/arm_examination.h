@@ -30,7 +30,7 @@ class ArmExamination {
 
   ArmExamination(Setup setup, Loop& loop);
 
-  /// What so long a time of reading has shown.
+  /// The findings after reading for this span.
   std::vector<Finding> findings(Utime span) const;
 
  private:
@@ -43,7 +43,7 @@ class ArmExamination {
   Finding heartbeat() const;
   Finding pose() const;
   Finding state() const;
-  /// What stands in the registers and cannot be so, and the assignment that should show it.
+  /// Register contents that cannot be right, and the assignment that should show them.
   struct Mismatch {
     std::string found;
     std::string assignment;

@@ -20,7 +20,7 @@ int print_findings(const std::vector<Finding>& findings) {
                        : finding.state == Finding::State::warning ? "warning"
                                                                   : "BAD    ";
     const std::string gap(width - finding.subject.size(), ' ');
-    // What a device says of itself may be anything.
+    // A device's description of itself may contain anything.
     print_text(mark + std::string("  ") + finding.subject + gap + " " + finding.found + "\n",
                stdout);
     if (!finding.remedy.empty()) {
@@ -33,7 +33,7 @@ int print_findings(const std::vector<Finding>& findings) {
 
 namespace {
 
-/// What a quartz may be off by, with its temperature and age: 100 ppm, on either side.
+/// Maximum error of a quartz clock, with its temperature and age: 100 ppm, on either side.
 constexpr double quartz_ppm = 200;
 
 }  // namespace

@@ -102,8 +102,8 @@ Finding LidarExamination::identity() const {
   if (!used_by_.empty()) {
     finding.state = State::warning;
     finding.found =
-        "not asked: it serves one host, and the driver of " + used_by_ + " is connected";
-    finding.remedy = "that driver has checked who answers; berth stop, and again, to see it here";
+        "not examined: it serves one host, and the driver of " + used_by_ + " is connected";
+    finding.remedy = "that driver has checked its identity; berth stop, and again, to see it here";
     return finding;
   }
   if (!adapter_) {

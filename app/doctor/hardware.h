@@ -34,7 +34,7 @@ class PlcExamination {
   PolledRegisters plc_;
 };
 
-/// The LIDAR: who answers, and its clock. Nothing is scanned. A new connection takes the place of
+/// The LIDAR: its identity, and its clock. Nothing is scanned. A new connection takes the place of
 /// the old one: a LIDAR that a run uses is left alone.
 class LidarExamination {
  public:
@@ -52,8 +52,8 @@ class LidarExamination {
   std::unique_ptr<lidar::Adapter> adapter_;
 };
 
-/// Both arms' controllers, the PLC and the LIDAR of a configuration, at its addresses, for so long.
-/// Registers are read and never written; the LIDAR is greeted and asked for its clock.
+/// Both arms' controllers, the PLC and the LIDAR of a configuration, at its addresses, for this
+/// span. Registers are read and never written; the LIDAR is greeted and its clock requested.
 /// @throws InputError for a configuration that is wrong.
 std::vector<Finding> examine_hardware(const RunSetup& setup, Utime span);
 

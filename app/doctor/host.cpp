@@ -74,7 +74,7 @@ Finding loopback(const std::string& url) {
   try {
     LcmBus bus(url, loop);
     int received = 0;
-    // A channel of its own: nobody else listens to it.
+    // A channel of its own, to which no other program listens.
     const std::string channel = "BERTH_DOCTOR_" + std::to_string(getpid());
     bus.subscribe<event_t>(channel, Queue::fifo(), [&](const event_t&) {
       if (++received == count) loop.stop();

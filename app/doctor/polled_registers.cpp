@@ -23,7 +23,7 @@ Finding RoundTrips::finding(const std::string& device, Utime period, Utime timeo
         "a quiet network of its own for the cell; every miss is a hole in ground truth";
   } else if (quantile(0.5) > period) {
     finding.state = Finding::State::bad;
-    finding.remedy = "the driver asks every " + in_ms(period) +
+    finding.remedy = "the driver reads every " + in_ms(period) +
                      ": a faster network, or a lower rate in devices.yaml";
   } else if (quantile(0.99) > timeout / 2) {
     finding.state = Finding::State::warning;

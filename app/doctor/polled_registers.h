@@ -12,11 +12,11 @@
 
 namespace berth {
 
-/// How soon a device answers.
+/// Response times of a device.
 class RoundTrips {
  public:
   void add(Utime time) { times_.push_back(seconds(time)); }
-  /// Of a read without an answer: why.
+  /// A read without an answer, with the reason.
   void miss(const std::string& why) {
     ++missed_;
     why_ = why;
@@ -24,10 +24,11 @@ class RoundTrips {
   std::size_t answered() const { return times_.size(); }
   /// Of the newest miss.
   const std::string& why() const { return why_; }
-  /// The half of them, or so many of 1, came within it. @pre answered() > 0
+  /// Time within which this share of the reads (0.5: half of them) was answered. @pre answered() >
+  /// 0
   Utime quantile(double share) const;
 
-  /// period: at which the driver asks; timeout: after which it gives an answer up.
+  /// period: at which the driver reads; timeout: after which it gives up waiting for an answer.
   Finding finding(const std::string& device, Utime period, Utime timeout) const;
 
  private:

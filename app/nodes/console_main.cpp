@@ -48,7 +48,7 @@ int main(int argc, char* argv[]) {
         auto config = console::load_console_config(host.files.setup.config);
         options.apply_to(config);
         server.emplace(console::serving(config), board);
-        // A second console beside that of the run is a node of its own.
+        // A second console next to that of the run is a node of its own.
         std::string name = "console";
         if (console::console_address(host.files.directory)) {
           name += "-" + std::to_string(server->port());

@@ -33,7 +33,7 @@ pid_t process_of(const fs::path& entry) {
   return error == std::errc() && end == name.data() + name.size() ? pid : 0;
 }
 
-/// Whether a process holds the entry. One that nobody holds is removed.
+/// Whether a process holds the entry. An entry without a holder is removed.
 bool is_held(const fs::path& entry) {
   const int fd = open(entry.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
   if (fd < 0) return false;
@@ -109,7 +109,8 @@ ActiveRunEntry::ActiveRunEntry(const fs::path& directory, const std::string& url
   struct stat status {};
   if (stat(list.c_str(), &status) != 0) throw refuse(std::strerror(errno));
   if (status.st_uid != getuid()) throw refuse("belongs to another user");
-  // Locked before it can be seen under its name: nobody takes it for one that was left behind.
+  // Locked before it appears under its name, so that it is never taken for one that was left
+  // behind.
   file_ = list / std::to_string(getpid());
   const fs::path unseen = list / ("." + std::to_string(getpid()));
   lock_ = open(unseen.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);

@@ -42,7 +42,7 @@ RunSetup choose_setup(const SetupChoice& choice, const procedures::Procedure* pr
   if (!fs::is_directory(setup.config / "layouts")) {
     throw InputError("configuration " + setup.config.string() + ": has no layouts/");
   }
-  // the procedure's own words, where the operator says nothing else
+  // the procedure's own choice, unless the operator overrides it
   const procedures::Procedure none;
   const procedures::Procedure& own = procedure != nullptr ? *procedure : none;
   const auto* layout_by = choice.layout.empty() && !own.layout.empty() ? procedure : nullptr;

@@ -6,7 +6,7 @@
 
 namespace berth {
 
-/// What an operator chose beside the procedure; empty: the procedure's own, or the standard one.
+/// The operator's choices in addition to the procedure; empty: the procedure's own, or the default.
 struct SetupChoice {
   std::filesystem::path config;
   std::string layout;
@@ -15,7 +15,7 @@ struct SetupChoice {
   std::string world = {};
 };
 
-/// The target that a configuration says: key `target` of testbed.yaml. @throws InputError.
+/// The target that a configuration names: key `target` of testbed.yaml. @throws InputError.
 std::string default_target(const std::filesystem::path& config);
 
 /// Configuration, layout and target of a run; its seed and session are left as they are. The
@@ -23,8 +23,8 @@ std::string default_target(const std::filesystem::path& config);
 /// @throws InputError where there is no such configuration, layout or target.
 RunSetup choose_setup(const SetupChoice& choice, const procedures::Procedure* procedure);
 
-/// The simulated cell's world (config/worlds) that the operator or, without a word of theirs, the
-/// procedure chose; empty: that of simulation.yaml.
+/// The simulated cell's world (config/worlds) that the operator or, by default, the procedure
+/// chose; empty: that of simulation.yaml.
 /// @throws InputError where the configuration has no such world.
 std::string choose_world(const SetupChoice& choice, const std::filesystem::path& config,
                          const procedures::Procedure* procedure);

@@ -31,7 +31,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// "liblcm.so.1.3.1": the library has no function that tells.
+/// "liblcm.so.1.3.1": the library has no function that returns its version.
 std::string lcm_library() {
   Dl_info info{};
   if (dladdr(reinterpret_cast<const void*>(&lcm_create), &info) == 0) return "";
@@ -60,7 +60,7 @@ ordered_json hashes_of(const fs::path& run) {
   return hashes;
 }
 
-/// Copies the .lcm files beside the log; their fingerprints by name.
+/// Copies the .lcm files into the log's directory; their fingerprints by name.
 ordered_json keep_message_types(const fs::path& run) {
   ordered_json fingerprints = ordered_json::object();
   const fs::path definitions = shared_files() / "lcmtypes";
@@ -91,14 +91,14 @@ std::string default_operator() {
 
 void write_manifest(const RunFiles& files, const RunRequest& request) {
   const ordered_json types = keep_message_types(files.directory);
-  const std::string who =
+  const std::string operator_name =
       request.operator_name.empty() ? default_operator() : request.operator_name;
   const std::string target = files.setup.target;
   ordered_json manifest = {
       {"schema", "berth-run-1"},
       {"name", files.name},
       {"created", utc_text(std::time(nullptr))},
-      {"operator", who},
+      {"operator", operator_name},
       {"host", files.host},
       {"machine", machine()},
       {"versions", {{"berth", version()}, {"lcm", lcm_library()}, {"compiler", __VERSION__}}},

@@ -9,17 +9,17 @@
 
 namespace berth {
 
-/// What a run was made with: who, where and when, versions, and the hashes of all files that are
-/// there before it starts. In a file of its own, which no number of the run depends on.
+/// The provenance of a run: operator, place and time, versions, and the hashes of all files that
+/// are there before it starts. In a file of its own, on which no number of the run depends.
 inline constexpr char manifest_file[] = "manifest.json";
 
 /// Copies the message definitions into the run's types/ and writes manifest.json. Everything known
 /// before the start is then on the disk.
-/// @param request the operator's wishes, as they came
+/// @param request of the operator, as received
 /// @throws InputError when something cannot be read or written.
 void write_manifest(const RunFiles& files, const RunRequest& request);
 
-/// The operator's name: BERTH_OPERATOR, else that of the user who runs this.
+/// The operator's name: BERTH_OPERATOR, else that of the user who runs this process.
 std::string default_operator();
 
 /// The last file that a run writes: SHA-256 of all its others, as sha256sum -c reads it.

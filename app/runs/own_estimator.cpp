@@ -27,9 +27,10 @@ std::string check_own_estimator(const std::string& named, const std::string& hos
   const bool twin = host == "twin";
   if (named == outside_estimator) {
     if (!twin) return named;
-    throw wrong(named,
-                "the twin is one process with a clock of its own, which nobody outside can follow; "
-                "expected a shared library, or no --twin");
+    throw wrong(
+        named,
+        "the twin is one process with a clock of its own, which no outside program can follow; "
+        "expected a shared library, or no --twin");
   }
   std::error_code error;
   const fs::path file = fs::canonical(named, error);

@@ -12,7 +12,7 @@
 
 namespace berth {
 
-/// Instead of a path, of an estimator that somebody else runs.
+/// Value instead of a path: the estimator is started outside the run.
 inline constexpr char outside_estimator[] = "outside";
 
 /// What `--estimator` names: outside_estimator, or a file as an absolute path.
@@ -28,14 +28,14 @@ using EstimatorMaker =
 /// @throws InputError when it is none, or of another version of Berth.
 EstimatorMaker load_own_estimator(const std::filesystem::path& library);
 
-/// What RUN_INFO says of it: its file's name and SHA-256, or `outside` and nothing.
+/// The record of it in RUN_INFO: its file's name and SHA-256, or `outside` and nothing.
 struct OwnEstimatorRecord {
   std::string name;
   std::string sha256;
 };
 OwnEstimatorRecord record_of_own_estimator(const std::string& named);
 
-/// What whoever runs an outside estimator of this run has to know.
+/// Instructions for starting an outside estimator of this run.
 std::string how_to_start_estimator(const RunFiles& files);
 
 }  // namespace berth

@@ -86,7 +86,7 @@ void choose_free_ports(const fs::path& devices_file) {
 
 constexpr char world_key[] = "simulation.yaml:world";
 
-/// What run.yaml says beside the parameters.
+/// The content of run.yaml apart from the parameters.
 struct Description {
   std::string host;
   std::string url;
@@ -101,13 +101,13 @@ struct Description {
 };
 
 /// The target goes with the run and is named from there: it can then be judged anywhere, and the
-/// twin's log does not tell where it was made.
+/// twin's log does not depend on where it was made.
 std::string keep_target(const fs::path& directory, const Target& target) {
   return copy_target(target, directory / "target").lexically_relative(directory).generic_string();
 }
 
-/// The target's symmetry as a file, without the motions that would move a docking port.
-/// What a mesh has is found once and kept beside the estimator's models.
+/// The target's symmetry as a file, without the motions that would move a docking port. A mesh's
+/// symmetry is computed once and cached with the estimator's models.
 std::string symmetry_of(const Target& target) {
   const fs::path known =
       estimator::default_cache_directory() / (target.hash.substr(0, 32) + ".symmetry-1.yaml");

@@ -10,7 +10,7 @@
 
 namespace berth {
 
-/// What a user asks of a run before it has a directory.
+/// A user's request for a run that has no directory yet.
 struct RunRequest {
   std::filesystem::path procedure;  ///< empty: only bring the cell up
   std::string layout;               ///< empty: the procedure's own

@@ -83,7 +83,7 @@ void take_results(const json& results, RunEntry& run) {
   }
 }
 
-/// Not where nothing can be known of what runs: that says nothing of how a run ended.
+/// False where running processes cannot be listed: the outcome of the run is then unknown.
 bool is_running(const fs::path& directory) {
   try {
     return find_active_run(directory).has_value();

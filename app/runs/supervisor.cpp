@@ -180,7 +180,7 @@ class Supervisor : public Node {
     if (stage_ != Stage::running) return;
     stage_ = Stage::stopping;
     exit_code_ = code;
-    // The devices last, so that nobody complains of their silence.
+    // The devices last, so that no node reports their silence.
     for (auto& child : children_) {
       if (&child != recorder_ && &child != devices_) child.signal(SIGTERM);
     }

@@ -100,7 +100,7 @@ std::vector<FoundPart> parts_by_connection(const Mesh& mesh) {
   std::stable_sort(order.begin(), order.end(),
                    [](const Piece* a, const Piece* b) { return a->area > b->area; });
   std::vector<FoundPart> parts;
-  if (order.size() < 2) return parts;  // the default part says it all
+  if (order.size() < 2) return parts;  // the default part is enough
   order.resize(std::min(order.size(), max_parts));
   for (const Piece* piece : order) {
     parts.push_back({"part_" + std::to_string(parts.size() + 1),
@@ -118,7 +118,7 @@ std::string described(const Mesh& mesh, const std::string& file) {
   char text[64];
   std::snprintf(text, sizeof text, "%.17g m", length);
   std::string yaml =
-      "# What is known of a target beside its mesh: docs/targets.md. `berth target check` and "
+      "# Properties of a target in addition to its mesh: docs/targets.md. `berth target check` and "
       "`draw` show it.\n"
       "mesh: " +
       key(file) + "\nlength: " + text +

@@ -9,10 +9,10 @@
 namespace berth {
 
 /// A description of a mesh to begin with (docs/targets.md): its parts are the groups of the mesh,
-/// or, where it has none, what hangs together (triangles joined by vertices) and is a fiftieth of
-/// its surface at least, at most 20. What nobody can know of a mesh stands in comments, as an
-/// example.
-/// @param mesh as long as it is held; file: its name beside the description
+/// or, where it has none, its connected components (triangles joined by vertices) with at least a
+/// fiftieth of its surface, at most 20. Properties that a mesh does not determine are comments, as
+/// an example.
+/// @param mesh as long as it is held; file: its name next to the description
 std::string described(const Mesh& mesh, const std::string& file);
 
 /// Makes a folder that describes a target: the mesh, copied, and a target.yaml.

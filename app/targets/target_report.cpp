@@ -67,7 +67,7 @@ std::string lines_of_symmetry(const SymmetryGroup& group) {
     text += "symmetry: turned by " + fixed(degrees(turn.angle()), 1) + " deg about " +
             shown_direction(turn.axis()) + "\n";
   }
-  return text + "  (poses that these carry into each other are one to whoever judges)\n";
+  return text + "  (poses that these carry into each other count as one pose)\n";
 }
 
 /// Whether whatever way one looks from there, part of the target is in the way.
@@ -85,22 +85,22 @@ bool is_inside(const RayCaster& caster, const Vector3d& place, double reach) {
 
 void check_port(const Target& target, const RayCaster& caster, const DockingPort& port,
                 std::vector<std::string>& notes) {
-  const std::string who = "port '" + port.name + "'";
+  const std::string subject = "port '" + port.name + "'";
   const Vector3d out = port.pose.rotation * Vector3d::UnitZ();
   const Vector3d place = port.pose.position + 1e-3 * target.length * out;
   const double reach = 2 * target.length;
   if (is_inside(caster, place, reach)) {
-    notes.push_back(who + " is inside of the surface: move it outwards along its z");
+    notes.push_back(subject + " is inside of the surface: move it outwards along its z");
     return;
   }
   const double away = (caster.nearest(port.pose.position) - port.pose.position).norm();
   if (away > 0.1 * target.length) {
-    notes.push_back(who + " is " + shown_mm(away) +
+    notes.push_back(subject + " is " + shown_mm(away) +
                     " mm away from the surface: does it belong to another origin or unit (mm)?");
   }
   RayHit hit;
   if (caster.cast({place, out}, reach, hit)) {
-    notes.push_back(who + " looks into the surface: its z, " + shown_direction(out) +
+    notes.push_back(subject + " looks into the surface: its z, " + shown_direction(out) +
                     ", meets part '" + target.part(hit.triangle).name + "' after " +
                     shown_mm(hit.range) + " mm; z must point out of it, towards the chaser");
   }

@@ -8,12 +8,12 @@
 
 namespace berth {
 
-/// What a description says, as a table of parts, and of joints, ports and symmetries a line each.
+/// A description as text: a table of parts, then a line for each joint, port and symmetry.
 std::string report_of(const Target& target);
 
-/// What its author may have got wrong, a sentence each, with what to do: target_notes(), parts that
+/// Probable mistakes in a description, a sentence each, with the remedy: target_notes(), parts that
 /// lose most of their faces to parts before them, joints far from their part, ports inside of the
-/// surface, far from it, or looking into it. Empty: nothing.
+/// surface, far from it, or looking into it. Empty: none.
 std::vector<std::string> validation_notes(const Target& target);
 
 /// A target from six sides, along its axes, as SVG: parts in colours, where a joint may bring its

@@ -106,7 +106,7 @@ class Monitor {
     });
   }
 
-  /// It says where it serves when it does, soon after the start.
+  /// The console reports its address soon after the start.
   void look_for_console() {
     const auto address = console::console_address(files_.directory);
     if (!address) {

@@ -30,7 +30,7 @@ constexpr Key keys[] = {
      "the arms come to rest on their path; time stands still"},
     {'r', procedure_command_t::RESUME, "resume", "conditions are looked at again, then it goes on"},
     {'n', procedure_command_t::STEP, "step", "goes on, and holds after this step"},
-    {'s', procedure_command_t::SKIP, "skip", "leaves this step out; asks for the reason"},
+    {'s', procedure_command_t::SKIP, "skip", "leaves this step out; prompts for the reason"},
     {'t', procedure_command_t::RETRY, "retry", "begins the step anew"},
     {'x', procedure_command_t::RESET, "reset", "the controllers' alarms; then resume goes on"},
     {'a', procedure_command_t::ABORT, "abort",
@@ -105,7 +105,7 @@ void OperatorKeys::type_command(char key) {
     for (const Key& known : keys) {
       if (known.key != key) continue;
       send(known.command, key == 'a' ? "aborted by the operator" : "");
-      remark_ = std::string(known.name) + " asked for";
+      remark_ = std::string(known.name) + " requested";
     }
   }
 }
@@ -117,10 +117,10 @@ void OperatorKeys::take_or_release_control() {
     remark_ = "control given back";
   } else if (holder_.empty()) {
     send(procedure_command_t::TAKE_CONTROL);
-    remark_ = "control asked for";
+    remark_ = "control requested";
   } else if (requested_over == holder_) {
     send(procedure_command_t::TAKE_CONTROL, "take over");
-    remark_ = "control of " + holder_ + " asked for";
+    remark_ = "control of " + holder_ + " requested";
   } else {
     requested_over_ = holder_;
     remark_ = holder_ + " has control: once more takes it over";
@@ -133,7 +133,7 @@ void OperatorKeys::change_speed(double by) {
   const std::string percent = fixed(100 * speed, 0) + " %";
   send(procedure_command_t::SPEED, percent);
   speed_ = speed;
-  remark_ = "speed " + percent + " asked for";
+  remark_ = "speed " + percent + " requested";
 }
 
 void OperatorKeys::type_text(char key) {
@@ -161,7 +161,7 @@ void OperatorKeys::finish_text() {
       return;
     }
     send(procedure_command_t::SKIP, text_);
-    remark_ = "skip asked for";
+    remark_ = "skip requested";
   } else {
     const auto answer = chosen();
     if (!answer) {

@@ -35,7 +35,7 @@ class OperatorKeys {
   void type(char key);
   /// Whether the operator wants to leave; the procedure goes on.
   bool leaves() const { return leaves_; }
-  /// Whether control is his, and has to be kept.
+  /// Whether this operator has control, which has to be kept.
   bool has_control() const { return !name_.empty() && holder_ == name_; }
   /// What is being typed, and what can be.
   std::vector<Line> lines() const;
@@ -58,7 +58,7 @@ class OperatorKeys {
   std::string name_;
   std::string holder_;
   double speed_ = 1;
-  std::string requested_over_;  // who has control, when that was shown
+  std::string requested_over_;  // holder of control at the time it was shown
   std::optional<procedure_state_t> state_;
   Mode mode_ = Mode::keys;
   std::string text_;

@@ -8,8 +8,8 @@
 
 namespace berth::terminal {
 
-/// What a running procedure looks like now: where it is, what is done and comes next, what must be
-/// so before it goes on, limits with their margins, the question asked.
+/// The present state of a running procedure: its step, those done and those to come, preconditions
+/// that are not met, limits with their margins, the open prompt.
 std::vector<Line> panel(const procedure_state_t& state);
 
 /// "ok   name   what is found", green or red.

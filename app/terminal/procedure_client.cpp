@@ -68,19 +68,19 @@ void ProcedureClient::send(procedure_command_t command, Done done, Utime time_li
   if (timer_ == 0) timer_ = loop_.every(50 * millisecond, [this] { tick(); });
 }
 
-void ProcedureClient::keep_control(const std::string& who) {
+void ProcedureClient::keep_control(const std::string& holder) {
   procedure_command_t command{};
   command.command = procedure_command_t::KEEP_CONTROL;
-  Commander commander = as(who);
+  Commander commander = as(holder);
   complete(command, commander, loop_.now());
   publish(command);
 }
 
 /// One numbering for all of them.
-Commander ProcedureClient::as(const std::string& who) {
+Commander ProcedureClient::as(const std::string& name) {
   Commander commander = commander_;
   ++commander_.last_seq;
-  if (!who.empty()) commander.name = who;
+  if (!name.empty()) commander.name = name;
   return commander;
 }
 

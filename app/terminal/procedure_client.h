@@ -20,7 +20,8 @@ class ProcedureClient {
   /// accepted, refused or unanswered, with the reason.
   using Done = std::function<void(CommandStatus, const std::string& reason)>;
 
-  /// name: the operator's; the engine tells operators apart by it. Make it before the bus starts.
+  /// name: the operator's, by which the engine distinguishes operators. Make it before the bus
+  /// starts.
   ProcedureClient(Bus& bus, Loop& loop, std::int64_t session, std::string name = operator_name());
   ~ProcedureClient();
   ProcedureClient(const ProcedureClient&) = delete;
@@ -32,15 +33,15 @@ class ProcedureClient {
   void send(procedure_command_t command, Done done = {});
   /// The same, given up after the time limit (us).
   void send(procedure_command_t command, Done done, Utime time_limit);
-  /// Once: it is to be called twice a second by whoever has taken control. Empty: this operator.
-  void keep_control(const std::string& who = "");
+  /// Once: the holder of control must call it twice a second. Empty: this operator.
+  void keep_control(const std::string& holder = "");
 
   /// Whether there is an engine that has not finished.
   bool active() const;
   const std::optional<procedure_state_t>& state() const { return state_; }
-  /// Who steers; without a holder where nothing runs.
+  /// The holder of control; none where nothing runs.
   operator_control_t control() const { return active() ? control_ : operator_control_t{}; }
-  /// Who asks, as the engine names it.
+  /// The operator's name, as the engine has it.
   const std::string& name() const { return commander_.name; }
 
   /// Of the one at this terminal: the user and the process.
@@ -52,10 +53,10 @@ class ProcedureClient {
     Done done;
   };
 
-  Commander as(const std::string& who);
+  Commander as(const std::string& name);
   void publish(const procedure_command_t& command);
   void tick();
-  /// Tells those whose requests are answered.
+  /// Notifies the senders of answered requests.
   void finish_answered();
 
   Bus& bus_;

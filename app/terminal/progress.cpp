@@ -59,7 +59,8 @@ void Progress::print_preparation(const procedure_state_t& message) {
   if (begins && (!state_ || state_->state != procedure_state_t::PREPARING)) return;
   const Line stamp = stamped(seconds(message.utime - message.utime_start));
   if (!begins) {
-    // What is waited for grows shorter all the time: said once, and again where it takes long.
+    // The list of missing preconditions shrinks all the time: printed once, and again after a
+    // while.
     const bool again = message.utime - waited_since_ >= repeat_waiting;
     if (with_panel_ || message.reason.empty() || message.reason == waiting_for_ ||
         !(waiting_for_.empty() || again)) {
@@ -129,7 +130,7 @@ void Progress::on(const pose_estimate_t& message) {
 }
 
 void Progress::on(const event_t& message) {
-  // what is asked of the operator is shown with the state
+  // the prompt is shown with the state
   const bool answer = message.node == "procedure" && message.severity == event_t::NOTICE &&
                       message.code != "prompt";
   if (message.severity < event_t::WARNING && !answer) return;

@@ -35,7 +35,7 @@ class Progress {
   void on(const ground_truth_t& message) { error_.on(message); }
   void on(const testbed_state_t& message) { testbed_ = message; }
   void on(const operator_control_t& message) { holder_ = message.holder; }
-  /// Warnings and worse are printed, and what the procedure was asked for.
+  /// Prints warnings and worse, and the commands that the procedure received.
   void on(const event_t& message);
 
   /// How things stand now.
@@ -49,7 +49,7 @@ class Progress {
 
  private:
   void print_changes(const procedure_state_t& message);
-  /// What it waits for until it begins, then in one line that all is there, or what is not.
+  /// The missing preconditions until the procedure begins; then one line: all met, or the list.
   void print_preparation(const procedure_state_t& message);
   void print_steps(const procedure_state_t& message);
   void print_prompt(const procedure_state_t& message);
@@ -59,7 +59,7 @@ class Progress {
   std::optional<procedure_state_t> state_;
   std::string waiting_for_;
   Utime waited_since_ = 0;  // it was printed
-  std::string holder_;      // of control; empty: nobody
+  std::string holder_;      // of control; empty: none
   std::optional<testbed_state_t> testbed_;
   std::optional<pose_estimate_t> estimate_;
   evaluation::LiveError error_;

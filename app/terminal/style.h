@@ -13,8 +13,8 @@ struct TerminalSize {
   std::size_t rows = 24;
   std::size_t columns = 80;
 };
-/// Of the terminal that this descriptor is, 24 x 80 where it does not tell; nothing of what is no
-/// terminal.
+/// Size of the terminal at this descriptor, 24 x 80 where it does not report one; nothing where it
+/// is no terminal.
 std::optional<TerminalSize> terminal_size(int fd);
 
 /// Whether to write colours to this descriptor: a terminal that knows them, and NO_COLOR

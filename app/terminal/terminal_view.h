@@ -12,7 +12,7 @@
 namespace berth::terminal {
 
 /// Shows a running procedure on stdout: lasting lines, and on a real terminal below them a panel
-/// that is written anew all the time. Colours only where they are wanted.
+/// that is redrawn all the time. Colours only where they are enabled.
 class TerminalView {
  public:
   TerminalView();
@@ -26,8 +26,8 @@ class TerminalView {
   }
   /// A message as the twin's recorder sees it.
   void take(const std::string& channel, Bytes bytes);
-  /// Writes the panel anew, with the lines given below it; at most so often as an eye can follow
-  /// unless it is said to be urgent.
+  /// Redraws the panel, with the lines given below it; no more often than an eye can follow unless
+  /// urgent.
   void refresh(const std::vector<Line>& below = {}, bool urgent = false);
   /// A lasting line.
   void print(const Line& line);

@@ -19,7 +19,7 @@ constexpr double max_cells = 3e7;
 constexpr int min_early = 0.6 * 255;
 constexpr int template_turns = 30;  // about the line of sight, of each template
 constexpr double bin = 0.2;         // rad, of lines of sight that share rotated templates
-/// Pool size per placement wanted, before non-maximum suppression.
+/// Pool size per requested placement, before non-maximum suppression.
 constexpr std::size_t pooled = 40;
 
 /// Truncated distance field of the returns: 255 at a return, the minimum from `reach` cells on.

@@ -13,7 +13,7 @@ constexpr double viewer = 5;  // radii away
 constexpr int pixels = 64;    // across the sphere
 
 /// A rotation that maps `direction` (unit) to -z: from model axes to those of a viewer in that
-/// direction who looks along +z.
+/// direction, looking along +z.
 Quaterniond towards_viewer(const Vector3d& direction) {
   return Quaterniond::FromTwoVectors(direction, -Vector3d::UnitZ()).normalized();
 }

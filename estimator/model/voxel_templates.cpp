@@ -104,7 +104,7 @@ std::vector<Correlation> VoxelTemplates::correlate(const std::vector<Vector3d>& 
     return a[0] * a[0] + a[1] * a[1] < b[0] * b[0] + b[1] * b[1];
   });
 
-  // A smaller share of the data's voxels fits by chance.
+  // A smaller share of the data's voxels may fit at random.
   constexpr double min_share = 0.3;
   int total = 0;
   for (const Row& row : occupied) total += row.count;

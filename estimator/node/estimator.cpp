@@ -321,8 +321,8 @@ void Estimator::finish_scan() {
   scan_.reset();
   stream_.reset();
   process(b);
-  // A scan that failed at once is not asked for again at once: the request waits until the LIDAR is
-  // heard of again, once a second.
+  // A scan that failed at once is not requested again at once: the request waits for the LIDAR's
+  // next status, which comes once a second.
   const bool failed = b.status == ScanPacket::REFUSED || b.status == ScanPacket::ABORTED;
   start_next_scan(failed && b.beams.empty());
 }

@@ -78,7 +78,7 @@ class Estimator {
     RangeGate gate;
     ScanStrategy strategy = ScanStrategy::corners_sparse;
     int returns_per_scan = 0;
-    int acquire_returns = 0;  // wanted of the scan that acquires the target; 0: no requirement
+    int acquire_returns = 0;  // required of the scan that acquires the target; 0: no requirement
   };
   struct PendingCommand {  // accepted, for a later scan
     estimator_command_t command{};
@@ -193,7 +193,7 @@ class Estimator {
 
   Instructions now_;
   std::deque<PendingCommand> pending_;
-  std::deque<std::vector<scan_window_t>> own_scans_;  // a procedure's, to be asked for next
+  std::deque<std::vector<scan_window_t>> own_scans_;  // a procedure's, to be requested next
   std::map<std::pair<std::int64_t, std::string>, std::int64_t>
       last_seqs_;  // last seq of each commander
   std::optional<Scan> scan_;

@@ -23,8 +23,8 @@ constexpr double unknown_sigma_rad = radians(180);
 constexpr double resumed_pose_sigma_m = 0.1;
 constexpr double resumed_pose_sigma_rad = radians(5);
 
-/// Whether fewer expected returns fit the target than chance allows, by two standard deviations of
-/// a binomial draw: small batches at edges are not inconsistent.
+/// Whether fewer expected returns fit the target than random variation allows, by two standard
+/// deviations of a binomial draw: small batches at edges are not inconsistent.
 bool is_inconsistent(double fit, double expected) {
   constexpr double share = 0.75;
   return fit < share * expected - 2 * std::sqrt(share * (1 - share) * expected);

@@ -38,8 +38,8 @@ class ScanPlanner {
   /// Empty when the target is out of view.
   /// @param pose predicted T_sensor_model
   /// @param sigma m, standard deviation of a point of the target
-  /// @param returns number of returns wanted; the paper's strategies add beams for those that will
-  /// pass the target, information planning takes it for the number of beams
+  /// @param returns number of returns required; the paper's strategies add beams for those that
+  /// will pass the target, information planning takes it for the number of beams
   std::vector<Window> plan(const Pose& pose, double sigma, ScanStrategy strategy,
                            int returns) const;
 

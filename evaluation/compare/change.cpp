@@ -118,8 +118,8 @@ ChangeRow row_of(const std::string& phase, const std::string& measurement, Stati
                  const std::string& unit, const PairedValues& paired, double level) {
   BootstrapOptions options;
   options.confidence = 1 - level;
-  // Errors of one run hang together. Whether a scan gives a good estimate is a fact about that
-  // scan: a target lost for a minute is no single event.
+  // Errors of one run are correlated. Whether a scan gives a good estimate depends on that scan
+  // alone: a target lost for a minute is no single event.
   options.block = measurement == good_estimates_measurement ? 1 : 0;
   ChangeRow row;
   row.phase = phase;
@@ -163,7 +163,7 @@ bool is_better(const ChangeRow& row) {
                         row.difference.after) == ChangeKind::better;
 }
 
-/// A row without a test does not make the others' harder.
+/// A row without a test does not raise the p-values of the others.
 bool is_tested(const ChangeRow& row) {
   constexpr double min_independent = 5;
   return row.judgement != Judgement::same && row.difference.independent() >= min_independent;
@@ -263,7 +263,7 @@ Change find_change(const std::vector<RecordPair>& pairs, double level) {
 
 namespace {
 
-/// Four digits that say something.
+/// Four significant digits.
 std::string number(double value, bool with_sign = false) {
   if (std::isnan(value)) return "-";
   if (std::isinf(value)) return value > 0 ? "inf" : "-inf";

@@ -12,13 +12,13 @@
 
 namespace berth::evaluation {
 
-/// Values that every run has besides its measurements: whether it passed, whether all its steps ran
-/// to their end, 1 or 0; and how many estimates were good.
+/// Values of every run in addition to its measurements: whether it passed, whether all its steps
+/// ran to their end, 1 or 0; and the number of good estimates.
 inline constexpr char passed_measurement[] = "passed";
 inline constexpr char completed_measurement[] = "completed";
 inline constexpr char good_estimates_measurement[] = "good_estimates";
 
-/// The least change of a measurement that anybody would act upon, in SI units.
+/// The smallest change of a measurement that matters in practice, in SI units.
 struct MinimumEffect {
   double relative = 0.05;  ///< of the value before
   std::map<Dimension, double> absolute = {
@@ -37,8 +37,8 @@ ChangeKind kind_of_change(const std::string& measurement, const std::string& sta
 /// "better", "worse" or "changed".
 const char* name_of(ChangeKind kind);
 
-/// too_few: pairs that hang together so much that they prove nothing. Perhaps better or worse: that
-/// row alone would say so, but in so many rows one that does is no surprise.
+/// too_few: pairs so correlated that they prove nothing. Perhaps better or worse: significant as a
+/// single row, but not among so many rows.
 enum class Judgement { same, no_difference, perhaps_better, perhaps_worse, better, worse, too_few };
 const char* text_of(Judgement judgement);
 
@@ -53,10 +53,11 @@ struct ChangeRow {
   Judgement judgement = Judgement::no_difference;
 };
 
-/// How many estimates went from one status to another; "none" where only one of the two spoke.
+/// Number of estimates that went from one status to another; "none" where only one of the two runs
+/// has one.
 using StatusChanges = std::map<std::pair<std::string, std::string>, std::int64_t>;
 
-/// What estimating again changed, in one run or over several.
+/// The changes by estimating again, in one run or over several.
 struct Change {
   std::size_t runs = 0;
   std::vector<ChangeRow> rows;
@@ -67,18 +68,18 @@ struct Change {
   std::string verdict() const;
 };
 
-/// An old record and the one that came of it. They must outlive what is made of them.
+/// An old record and the one estimated again. They must outlive everything made of them.
 struct RecordPair {
   const RunRecord* before;
   const RunRecord* after;
 };
 
 /// Compares estimates of the same returns (scan and packets), phase by phase: errors against truth
-/// where both are good, and how many are good. NEES is better when it is nearer to 6. What is no
-/// chance at this level, all rows taken together, is called better or worse; estimates of one run
-/// hang together, which is found from them and allowed for.
-/// @param level of any false alarm in the whole table, e.g. 0.05; the intervals cover 1 - level
-///   each.
+/// where both are good, and the share of good ones. NEES is better when it is nearer to 6. Changes
+/// significant at this level, over all rows together, are called better or worse; estimates of one
+/// run are correlated, which is found from them and allowed for.
+/// @param level probability of any false alarm in the whole table, e.g. 0.05; the intervals cover 1
+/// - level each.
 Change find_change(const std::vector<RecordPair>& pairs, double level);
 
 /// Table of rows, status changes and verdict, for a terminal.

@@ -88,8 +88,8 @@ void take_recorded_verdict(const RunRecord& record, Comparison& comparison) {
   comparison.reason = state.reason;
 }
 
-/// Whether the criteria decide: the engine went by them, gone past what failed or not, or every
-/// step up to the teardown was passed or skipped when the log ends.
+/// Whether the criteria decide: the engine judged by them, went on after a failed one or not, or
+/// every step up to the teardown was passed or skipped when the log ends.
 bool criteria_decide(const procedure_state_t& state) {
   if (state.state == procedure_state_t::FINISHED) {
     switch (state.outcome) {
@@ -114,7 +114,7 @@ bool criteria_decide(const procedure_state_t& state) {
   return true;
 }
 
-/// @param judged what the criteria say
+/// @param judged by the criteria
 void decide(const RunRecord& record, std::int8_t judged, Comparison& comparison) {
   if (!record.state()) return;
   const bool finished = record.state()->state == procedure_state_t::FINISHED;

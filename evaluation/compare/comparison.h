@@ -88,20 +88,20 @@ std::vector<ComparedRun> compare_runs(const std::filesystem::path& log,
 /// The newest of them.
 ComparedRun compare_run(const std::filesystem::path& log, const LogVisitor& visitor = {});
 Comparison compare_log(const std::filesystem::path& log);
-/// @param directory of the log: there a procedure is found that was too long for a message
+/// @param directory of the log: contains a procedure that was too long for a message
 Comparison compare_record(const RunRecord& record, const NearestPoint& nearest,
                           const std::filesystem::path& directory = {});
 
-/// Whether two lists of results say the same, NaN equal to NaN.
+/// Whether two lists of results are the same, NaN equal to NaN.
 bool same_results(const std::vector<criterion_result_t>& a,
                   const std::vector<criterion_result_t>& b);
 
-/// Which run it is, in a line or two, and what truth rests on.
+/// Identity of the run, in a line or two, and the basis of truth.
 std::string heading_of(const Comparison& comparison);
 /// Every measurement of every phase, and the latencies, as tables.
 std::string measurements_text(const Comparison& comparison);
-/// The verdict for people: the criteria as a table, what is missing or odd, the outcome. What is
-/// written as verdict.txt, and shown at the end of a run.
+/// The verdict for people: the criteria as a table, missing or odd data, the outcome. Content of
+/// verdict.txt, also shown at the end of a run.
 std::string verdict_text(const Comparison& comparison);
 /// "calibration from scans 3f2a9c01, 0.31 mm and 0.012 deg (1 sigma)"; empty where there is none.
 std::string truth_line(const Comparison& comparison);

@@ -39,7 +39,7 @@ std::string phase_text(const PhaseTable& phase) {
 }  // namespace
 
 std::string verdict_table(const std::vector<criterion_result_t>& criteria) {
-  // what it is of comes last: what a narrow terminal has no room for
+  // the subject is the last column: a narrow terminal cuts it off
   Table table{"llrrrrrrl",
               {"result", "criterion", "value", "unit", "+-", "min", "max", "margin", "of"}};
   std::string reasons;
@@ -69,7 +69,7 @@ std::string truth_line(const Comparison& comparison) {
   constexpr std::size_t hash_shown = 8;
   std::string text;
   for (const TruthBasis& basis : comparison.truth_bases) {
-    text += (text.empty() ? "" : " and ") + (basis.basis.empty() ? "nothing told" : basis.basis);
+    text += (text.empty() ? "" : " and ") + (basis.basis.empty() ? "not stated" : basis.basis);
     if (!basis.calibration_hash.empty()) {
       text += " (calibration " + basis.calibration_hash.substr(0, hash_shown) + ")";
     }

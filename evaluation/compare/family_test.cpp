@@ -45,7 +45,7 @@ struct Member {
   double value;
 };
 
-/// What a question needs of its values in every shuffle.
+/// The values that a test uses in every shuffle.
 struct PairedTest {
   std::size_t question;
   std::size_t group;

@@ -29,21 +29,21 @@ struct FamilyOptions {
   std::uint64_t seed = 1;
 };
 
-/// Did anything change? Westfall and Young's (1993) max-T permutation test: the probability of any
-/// false alarm in the whole family of questions is kept, as with Holm's adjustment, but questions
-/// that say the same thing (they are asked of the same runs) do not cost power for it. A question
-/// counts with Student's t on the scale of the normal distribution (Wallace 1959), and only while
-/// the change of the mean is at least `min_effect`, in the shuffled data as in the real ones; so
-/// that tiny changes, however consistent, neither alarm nor stand in the way of others.
+/// Did anything change? Westfall and Young's (1993) max-T permutation test: it keeps the
+/// probability of any false alarm in the whole family of tests, as Holm's adjustment does, but
+/// correlated tests (they use the same runs) lose less power. A test counts with Student's t on the
+/// scale of the normal distribution (Wallace 1959), and only while the change of the mean is at
+/// least `min_effect`, in the shuffled data as in the real ones; so that tiny changes, however
+/// consistent, neither raise an alarm nor mask others.
 ///
-/// Paired: before and after trade places, run by run, in all questions of a group at once. Exact
-/// where builds differ in nothing but luck.
+/// Paired: before and after trade places, run by run, in all tests of a group at once. Exact where
+/// builds differ at random only.
 std::vector<TestResult> paired_family(const std::vector<Test>& questions,
                                       const FamilyOptions& options = {});
 
-/// Unpaired: runs of a group are dealt anew to before and after. Exact where tonight's runs are as
-/// the earlier ones were. Run i of a group is value i of before, then of after, in all its
-/// questions.
+/// Unpaired: runs of a group are dealt anew to before and after. Exact where tonight's runs and the
+/// earlier ones have the same distribution. Run i of a group is value i of before, then of after,
+/// in all its tests.
 std::vector<TestResult> unpaired_family(const std::vector<Test>& questions,
                                         const FamilyOptions& options = {});
 

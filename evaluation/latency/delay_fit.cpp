@@ -46,7 +46,7 @@ class Fit {
       solve();
       if (!solution_.value.allFinite()) return refused();
       result_.delay += solution_.value(0);
-      // What moves too slowly for its noise would run away.
+      // A delay that motion too slow for the noise leaves undetermined would diverge.
       if (!(std::abs(result_.delay) < max_delay)) return refused();
       reweight();
       if (round + 1 < rounds) nuisances_ = solution_.value.tail(nuisances_.size());
@@ -93,7 +93,7 @@ class Fit {
     solution_.value = factor.solve(right);
   }
 
-  /// The delay's column is that of the error less what the nuisances found so far make of it.
+  /// The delay's column is that of the error less the contribution of the nuisances found so far.
   Columns columns_of(const DelaySample& sample) const {
     Columns columns(6, sample.nuisances.cols() + 1);
     columns << -sample.rate, sample.nuisances;

@@ -14,8 +14,8 @@ namespace berth::evaluation {
 namespace {
 
 constexpr int truths_nuisances = 21;
-/// The estimator's: its pull towards what it expected, and its scan put together with the velocity
-/// that it believed; of position and attitude, along each axis of the target.
+/// The estimator's: the weight of its prediction in the pose, and the velocity with which it
+/// brought the returns to one time; of position and attitude, along each axis of the target.
 constexpr int estimators_nuisances = 12;
 constexpr double pull_sigma = 0.5;
 constexpr double skew_sigma = 0.2;  // s: scans are no longer than a second
@@ -26,7 +26,7 @@ constexpr double slowest_speed = 1e-3;          // m/s
 constexpr double slowest_turn = radians(0.05);  // rad/s
 
 struct Place : ComparedEstimate {
-  std::optional<EstimateSample> before;  ///< what the estimator knew before this scan
+  std::optional<EstimateSample> before;  ///< the estimate before this scan
 };
 
 /// Estimates of the phase joined with truth at their times less the delay.
@@ -45,8 +45,8 @@ std::vector<Place> places(const Measurer& measurer, const Phase& phase, double d
   return list;
 }
 
-/// What truth's calibration may have wrong: an offset; a turn; both once more in the model's frame;
-/// and nine numbers by which the offset grows along the way.
+/// Possible errors of truth's calibration: an offset; a rotation; both once more in the model's
+/// frame; and nine coefficients of an offset in proportion to the displacement.
 DelaySample::Design truths_design(const Pose& truth, const Vector3d& middle) {
   const Matrix3d turn = truth.rotation.toRotationMatrix();
   const Vector3d gone = truth.position - middle;
@@ -59,10 +59,10 @@ DelaySample::Design truths_design(const Pose& truth, const Vector3d& middle) {
   return x;
 }
 
-/// What the estimator may have mixed into the pose of a single scan: a share of the pose that it
-/// expected, and of the velocity by which it moved the returns to one time. Both lag where the
-/// target accelerates, which looks like a delay. Along a long side, which slips, that share is
-/// large where across it there is none: each axis of the target has its own.
+/// Influence of the estimator's prior on the pose of a single scan: a share of the predicted pose,
+/// and of the velocity with which it brought the returns to one time. Both lag where the target
+/// accelerates, which looks like a delay. Along a face on which the pose can slide the share is
+/// large, across it none: each axis of the target has its own.
 void add_estimators(const Place& place, DelaySample& sample) {
   const EstimateSample& before = *place.before;
   const TruthSample& truth = place.truth;
@@ -93,7 +93,7 @@ Eigen::VectorXd nuisance_sigma(const std::vector<Place>& places, EstimatePose wh
   Matrix6d covariance = Matrix6d::Zero();
   for (const Place& p : places) covariance += p.truth.covariance;
   covariance /= static_cast<double>(std::max<std::size_t>(places.size(), 1));
-  // A floor, so that a truth that claims to be perfect can still be asked.
+  // A floor, so that a truth without uncertainty does not make the problem singular.
   const double position = std::sqrt(covariance.topLeftCorner<3, 3>().trace() / 3 + 1e-14);
   const double rotation = std::sqrt(covariance.bottomRightCorner<3, 3>().trace() / 3 + 1e-14);
   Eigen::VectorXd sigma = Eigen::VectorXd::Constant(truths_nuisances, rotation);
@@ -127,7 +127,7 @@ std::vector<DelaySample> samples_of(const std::vector<Place>& places, EstimatePo
   return samples;
 }
 
-/// How far from observable, in words.
+/// The reason why it is not observable, and the motion needed.
 std::string why_not(const EstimateDelay& d) {
   if (d.fit.samples < DelayFit::min_samples) {
     return "not observable: fewer than five estimates that truth brackets while the arms were not "
@@ -144,7 +144,7 @@ std::string why_not(const EstimateDelay& d) {
   if (!std::isfinite(more)) return text + ", the target rests";
   text += d.speed > slowest_speed ? faster(d.speed, 1e-3, "mm/s")
                                   : faster(d.angular_speed, radians(1.0), "deg/s");
-  return text + "; to and fro tells most";
+  return text + "; reciprocating motion is the most informative";
 }
 
 }  // namespace

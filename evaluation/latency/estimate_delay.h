@@ -23,19 +23,18 @@ struct EstimateDelay {
 /// A half-width above this counts as not observable: an uncalibrated cell is no further off.
 inline constexpr double widest_delay_interval = 0.020;  // s
 
-/// By how much later than the arms' clocks say an estimate's pose was true: what it says of its
-/// time t is where truth was at t less the delay. Truth's constant errors do not pretend to be a
-/// delay: those of both mounts, a turn, and a change in proportion to the way gone are solved for
-/// beside it, as uncertain beforehand as truth's covariance has them. So a target that goes to and
-/// fro makes the delay observable; at constant velocity it is confounded with truth's bias.
+/// Time offset between an estimate's stamp and ground truth: the pose at stamp t equals truth at t
+/// less the delay. Truth's constant errors are estimated along with it, with truth's covariance as
+/// their prior: offsets of both mounts, a rotation, and an error in proportion to the displacement.
+/// Observable under reciprocating motion; at constant velocity confounded with these errors.
 ///
-/// The pose of a single scan is not quite its scan's alone: the estimator holds it back towards
-/// what it expected, and moves the returns to one time with the velocity that it believed. Where
-/// the target accelerates both lag, and a few tenths of that are worth a millisecond. How much of
-/// both is in the poses is solved for, too; estimates with none before them are left out.
+/// The pose of a single scan also depends on the estimator's prior: it is drawn towards the
+/// prediction, and returns are brought to one time with the estimated velocity. Where the target
+/// accelerates both lag, by about a millisecond per few tenths of share. Both shares are estimated,
+/// too; estimates without a previous one are left out.
 ///
-/// Estimates by which the arms were steered do not count: guidance goes after their errors, so that
-/// the error makes the motion and not the motion the error.
+/// Estimates by which the arms were steered do not count: guidance reduces their errors, so that
+/// the error causes the motion and not the motion the error.
 EstimateDelay estimate_delay(const Measurer& measurer, const Phase& phase, EstimatePose which);
 
 }  // namespace berth::evaluation

@@ -20,7 +20,7 @@ struct Latency {
   double value;
   double low;
   double high;
-  double sigma_information = 0;  ///< of a delay: what the data's covariances say
+  double sigma_information = 0;  ///< of a delay: standard error by the data's covariances
   double sigma_bootstrap = 0;    ///< of a delay: the same from blocks drawn again
   double sigma_offset = 0;       ///< of a delay: from truth's own constant errors
   std::size_t samples = 0;

@@ -20,8 +20,8 @@ class ArmTrack {
   void add(const arm_command_t& command);
   void add(const arm_state_t& state);
 
-  /// By how much later than its set-points' times the arm is where they say. Their constant
-  /// difference does not count.
+  /// Delay of the arm's reported position against its set-points' times. A constant difference does
+  /// not count.
   DelayFit following_delay() const;
 
   struct Clock {
@@ -51,9 +51,9 @@ class ArmTrack {
   std::vector<double> round_trips_;
 };
 
-/// Collects from a log what its latencies are estimated from besides a run's record: both arms'
-/// set-points and readings, and the clocks. Of every session, for which of them the run is may be
-/// known only at its end.
+/// Collects from a log the data for its latencies that a run's record does not hold: both arms'
+/// set-points and readings, and the clocks. Of every session, because that of the run may be known
+/// only at its end.
 class LatencyCollector {
  public:
   void take(const logs::LogEvent& event);

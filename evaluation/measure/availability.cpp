@@ -99,7 +99,7 @@ Series latency(const Measurer& measurer, const Phase& phase) {
     series.truth_sigma.push_back(0);
   }
   if (series.value.empty()) {
-    series.reason = "no ESTIMATOR_DIAGNOSTICS with latency_us: this estimator does not tell";
+    series.reason = "no ESTIMATOR_DIAGNOSTICS with latency_us: not reported by this estimator";
   }
   return series;
 }
@@ -122,7 +122,7 @@ void add_timing(std::vector<Measurement>& table) {
   family.in_milliseconds();
   family.number("lidar_to_arms_delay", berth::Dimension::time, smaller_is_better,
                 delay<EstimatePose::measured>,
-                "by how much scans are later than the arms' truth says: the poses of single scans "
+                "delay of scans against the arms' truth: the poses of single scans "
                 "against truth, least squares with truth's constant errors");
   family.in_milliseconds();
   family.number("estimate_delay", berth::Dimension::time, smaller_is_better,

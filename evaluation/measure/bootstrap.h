@@ -13,7 +13,7 @@ struct BootstrapOptions {
   std::size_t resamples = 4000;  ///< of the interval
   std::size_t swaps = 20000;     ///< of the test: no p-value is less than 1 / (swaps + 1)
   /// Length of the blocks of neighbours drawn together: 1 for independent samples (seeds of a
-  /// night), 0 to find it from the series (estimates of one run, which hang together).
+  /// night), 0 to find it from the series (estimates of one run, which are correlated).
   std::size_t block = 1;
   std::uint64_t seed = 1;
 };

@@ -11,10 +11,10 @@
 namespace berth::evaluation {
 namespace {
 
-/// Normalised estimation error squared, against the estimate's and truth's covariance together.
-/// NaN when the estimate has no covariance. Where truth's part of their sum is the share s, an
+/// Normalised estimation error squared, against the estimate's and truth's covariance together. NaN
+/// when the estimate has no covariance. Where truth's part of their sum is the share s, an
 /// estimate's covariance that is wrong by a factor shows only in the rest: truth's covariance,
-/// known to half of itself at best, leaves 6 s / 2 in doubt.
+/// known to half of itself at best, leaves 6 s / 2 uncertain.
 Uncertain nees(const ComparedEstimate& c) {
   const Matrix6d sum = c.estimate.covariance + c.truth.covariance;
   if (!is_covariance(c.estimate.covariance) || !is_covariance(sum)) return {nan, 0};
@@ -84,8 +84,8 @@ Measured underconfidence(const Measurer& measurer, const Phase& phase) {
   return {m.lower / m.mean, m.lower / m.mean * m.truth_sigma / m.mean, m.samples, m.text};
 }
 
-/// How wrong an estimate of status OK is: more than five of its own sigmas (truth's included), and
-/// more than what counts.
+/// Degree of error of an estimate with status OK: more than five of its own sigmas (truth's
+/// included), and more than a practical minimum.
 enum class Wrong { no, perhaps, yes };
 
 Wrong part_is_wrong(const Vector3d& error, const Matrix3d& own, const Matrix3d& truth,
@@ -98,7 +98,7 @@ Wrong part_is_wrong(const Vector3d& error, const Matrix3d& own, const Matrix3d& 
   return size.value - 2 * size.truth_sigma > counts ? Wrong::yes : Wrong::perhaps;
 }
 
-/// Share of the good estimates that are wrong without saying so.
+/// Share of the good estimates that are wrong without a warning.
 Measured silently_wrong(const Measurer& measurer, const Phase& phase) {
   const auto* info = measurer.record().info();
   const double length = info && info->target_length_m > 0 ? info->target_length_m : 3;

@@ -139,7 +139,7 @@ Measured gain(const Measurer& measurer, const Phase& phase) {
   }
   if (samples < 3) return {nan, 0, samples, "fewer than three estimates"};
   if (square == 0 || square <= 9 * truth_variance) {
-    return {nan, 0, samples, "the target does not move enough along this axis to tell"};
+    return {nan, 0, samples, "the target does not move enough along this axis"};
   }
   const double slope = product / square;
   double residual = 0;

@@ -27,8 +27,8 @@ struct FigureChart {
   berth::Dimension dimension() const;
 };
 
-/// A figure for comparison with one of the source of a procedure: our curves, and what the source
-/// claims of them.
+/// A figure for comparison with one of the source of a procedure: our curves, and the source's
+/// claims about them.
 struct Figure {
   std::string name;     ///< as the source calls it
   std::string caption;  ///< what it shows, and the claim of the source
@@ -48,7 +48,7 @@ std::optional<std::size_t> coordinate_named(const std::string& name);
 ///           - title: translation            # optional
 ///             draw: [x_step, y_step, z_step]
 ///             phase: static                 # or, with a statistic, phases: [near, far]
-///             over: sample                  # or time, the standard; not with a statistic
+///             over: sample                  # or time, the default; not with a statistic
 ///             criteria: [translation error] # optional: those whose limits are drawn
 ///             levels: {exactly 30 mm: -30 mm}
 ///

@@ -17,8 +17,8 @@ std::optional<Utime> latency_in_old_event(const event_t& event) {
   return found ? std::optional<Utime>(std::llround(1e3 * ms)) : std::nullopt;
 }
 
-/// By which the testbed reckoned last: the longer the arms have moved the better it is known. Not
-/// after the newest truth, so that what comes late does not count.
+/// The dead time that the testbed used last: the longer the arms have moved the more precise it is.
+/// Not after the newest truth, so that late messages do not count.
 std::optional<Utime> measured_dead_time(const RunRecord& record) {
   if (record.truth().samples().empty()) return std::nullopt;
   const Utime newest = record.truth().samples().back().utime;

@@ -22,7 +22,7 @@ Measured nothing_measured(const std::string& reason, const Measured*) {
   return {std::numeric_limits<double>::quiet_NaN(), 0, 0, reason};
 }
 
-/// One that throws has not measured anything: what else is measured does not depend on it.
+/// A measurement that throws counts as not measured; the others do not depend on it.
 template <class Result>
 void guard(std::function<Result(const Measurer&, const Phase&)>& measure) {
   if (!measure) return;

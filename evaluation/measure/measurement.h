@@ -33,10 +33,10 @@ struct Measured {
 /// Which values of a measurement are the better ones.
 enum class Direction { smaller_is_better, larger_is_better, neither };
 
-/// Whether a change is for the better; `changed` where nobody can say.
+/// Whether a change is for the better; `changed` where that is undetermined.
 enum class ChangeKind { better, worse, changed };
 
-/// What one would rather have of a number.
+/// The preferred values of a number.
 struct Preference {
   Direction direction = Direction::neither;
   /// Where smaller is better: the value whose distance is to be small; 0 of errors, signed or not.
@@ -71,7 +71,7 @@ struct Measurement {
   Preference preference(Statistic statistic) const;
 };
 
-/// The family of what is only known once something has gone wrong: it cannot be foreseen.
+/// Family of measurements that exist only after a fault: a rehearsal cannot predict them.
 inline constexpr char safety_family[] = "safety: how faults are answered";
 
 /// All of them, family by family.

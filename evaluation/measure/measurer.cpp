@@ -10,7 +10,7 @@
 namespace berth::evaluation {
 namespace {
 
-/// As RUN_INFO has the target's description; in a log of before that did, of a target known by
+/// From the target's description in RUN_INFO; in an older log without one, from the target of that
 /// name.
 std::vector<DockingPort> ports_of(const RunRecord& record) {
   if (!record.info()) return {};

@@ -31,7 +31,7 @@ class Measurer {
 
   const RunRecord& record() const { return record_; }
   const std::vector<ComparedEstimate>& compared() const { return compared_; }
-  /// By which poses of the target are one: what RUN_INFO holds of it.
+  /// Symmetry of the target, from RUN_INFO: poses that count as equal.
   const SymmetryGroup& symmetry() const { return symmetry_; }
   /// Estimates with status OK for which there is no truth.
   const std::vector<Utime>& without_truth() const { return without_truth_; }
@@ -46,10 +46,10 @@ class Measurer {
   /// was, sensor frame; only with nearest(). Each is looked up once.
   Vector3d surface_lever(const TruthSample& truth) const;
 
-  /// Root mean square distance, m, of the returns that the estimate rests on from the target's
-  /// surface where the estimate puts it at their times. The returns are those, of at most 200 of
-  /// its packets, of beams that met the target where it truly was, a tenth of its length off at
-  /// most: the estimate has no say in which they are. NaN without any. Each is looked up once.
+  /// Root mean square distance, m, of the estimate's returns from the target's surface in the
+  /// estimated pose at their times. The returns are those, of at most 200 of its packets, of beams
+  /// that met the target in its true pose, a tenth of its length off at most: the selection does
+  /// not depend on the estimate. NaN without any. Each is looked up once.
   double residual(const ComparedEstimate& compared) const;
 
   /// An estimate counts as current for this long.

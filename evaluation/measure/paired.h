@@ -20,7 +20,7 @@ struct PairedDifference {
   double p_value = 1;     ///< two-sided
   std::size_t block = 1;  ///< pairs that were drawn together
 
-  /// Blocks that say something each on their own; fewer than five prove nothing.
+  /// Number of independent blocks; fewer than five prove nothing.
   double independent() const { return static_cast<double>(pairs) / static_cast<double>(block); }
 
   bool significant(double level) const { return p_value < level; }

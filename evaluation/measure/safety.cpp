@@ -18,7 +18,7 @@ std::vector<Utime> fault_times(const Measurer& measurer, const Phase& phase) {
   return times;
 }
 
-/// The longest of the times from each fault to what answers it: a time, or 0 for never.
+/// The longest of the times from each fault to the response: a time, or 0 for never.
 Measured longest(const Measurer& measurer, const Phase& phase,
                  const std::function<Utime(Utime)>& answer) {
   const auto faults = fault_times(measurer, phase);
@@ -64,7 +64,7 @@ void add_safety(std::vector<Measurement>& table) {
       "longest time from an injected fault to the testbed's event with which it stops the arms");
   family.in_milliseconds();
   family.number("stopping_time", berth::Dimension::time, smaller_is_better, stopping_time,
-                "longest time from an injected fault until truth says that the replica stands");
+                "longest time from an injected fault until truth shows the replica at rest");
   family.in_milliseconds();
 }
 

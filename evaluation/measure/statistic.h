@@ -19,10 +19,10 @@ const std::string& name_of(Statistic statistic);
 /// NaN of an empty series. Percentiles are interpolated between the order statistics.
 double compute(Statistic statistic, const std::vector<double>& values);
 
-/// 1 sigma of compute(statistic, values) when the values have these sigmas and their errors may all
-/// go together, as truth's do, which are mostly those of a calibration and do not average out: that
-/// of the value itself for those that pick one, between the two neighbours' for a percentile, the
-/// mean for the mean; for rms and deviation the rms, which the triangle inequality bounds them by.
+/// 1 sigma of compute(statistic, values) when the values have these sigmas and fully correlated
+/// errors, as those of truth, which are mostly of a calibration and do not average out: that of the
+/// value itself for those that pick one, between the two neighbours' for a percentile, the mean for
+/// the mean; for rms and deviation the rms, which the triangle inequality bounds them by.
 double uncertainty(Statistic statistic, const std::vector<double>& values,
                    const std::vector<double>& sigmas);
 

@@ -6,7 +6,7 @@
 namespace berth::evaluation {
 namespace {
 
-/// What was estimated and what was true at the end of one stretch of a phase and of the next.
+/// Estimate and truth at the end of one stretch of a phase and of the next.
 struct Step {
   const ComparedEstimate& from;
   const ComparedEstimate& to;

@@ -20,9 +20,9 @@ struct Uncertain {
 /// root of the trace.
 double sigma_along(const Matrix3d& covariance, const Vector3d& direction);
 
-/// Length of a vector. To first order its uncertainty is that along it; near zero the vector that
-/// is really there may point anywhere, so that it is never less than what the whole covariance adds
-/// to the length in the mean: sqrt(|v|^2 + tr C) - |v|.
+/// Length of a vector. To first order its uncertainty is that along it; near zero the true vector
+/// may point in any direction, so that it is never less than the mean contribution of the whole
+/// covariance to the length: sqrt(|v|^2 + tr C) - |v|.
 Uncertain length_of(const Vector3d& vector, const Matrix3d& covariance);
 
 /// Covariance of a point that moves with a pose, from the pose's covariance (left perturbation) and

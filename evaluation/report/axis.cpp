@@ -32,7 +32,7 @@ Axis around(double low, double high, bool logarithmic) {
   }
   double air = 0.06 * (high - low);
   const double size = std::max(std::abs(low), std::abs(high));
-  // What differs by rounding alone is one value: no axis is that fine.
+  // Differences of rounding alone are one value: no axis is that fine.
   if (air <= 1e-9 * size) air = size == 0 ? 1 : 0.1 * size;
   // Much of an axis that begins just above zero is better begun at zero.
   const double start = low >= 0 && low < 0.3 * high ? 0 : low - air;

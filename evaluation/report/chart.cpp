@@ -83,10 +83,10 @@ Html spans_of(const Chart& chart, const Axis& x) {
     const double to = x.fraction(span.to);
     const bool small = std::min(to, 1.0) - std::max(from, 0.0) < room_for_a_name;
     const bool phase = span.kind == Span::Kind::phase;
-    const std::string kind = span.kind == Span::Kind::trouble ? "span trouble"
-                             : span.kind == Span::Kind::doubt ? "span doubt"
-                             : phases % 2 == 0                ? "span phase even"
-                                                              : "span phase odd";
+    const std::string kind = span.kind == Span::Kind::trouble     ? "span trouble"
+                             : span.kind == Span::Kind::uncertain ? "span doubt"
+                             : phases % 2 == 0                    ? "span phase even"
+                                                                  : "span phase odd";
     if (phase) ++phases;
     html += element("i",
                     {{"class", kind + (small ? " small" : "")},

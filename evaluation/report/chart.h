@@ -14,14 +14,14 @@ namespace berth::report {
 
 /// A shaded stretch of the x axis.
 struct Span {
-  enum class Kind { phase, trouble, doubt };
+  enum class Kind { phase, trouble, uncertain };
   double from = 0;
   double to = 0;
   std::string name;  ///< written at its top when it is a phase; shown on hover
   Kind kind = Kind::phase;
 };
 
-/// An upright line at something that happened.
+/// An upright line at an event.
 struct Mark {
   double x = 0;
   std::string text;  ///< shown on hover
@@ -49,7 +49,7 @@ struct Chart {
   /// Letters of the longest of x_ticks where these are slanted: words, too long to stand side by
   /// side. 0: they are level.
   std::size_t slanted_letters = 0;
-  double min_span = 0;  ///< of y: what changes less is not blown up
+  double min_span = 0;  ///< of y: smaller changes are not magnified
   bool log_y = false;
   /// Few extreme values do not flatten the rest: they are drawn at the edge, and counted below.
   bool clip_extremes = false;

@@ -117,7 +117,7 @@ std::vector<Curve> phase_curves(const FigureChart& figure, const RunView& view,
   return curves;
 }
 
-/// What the criteria allow, drawn over the whole width: each limit once.
+/// The limits of the criteria, drawn over the whole width: each limit once.
 void add_claims(const FigureChart& figure, const RunView& view, Chart& chart) {
   for (const criterion_result_t& c : view.comparison().criteria) {
     const auto& names = figure.criteria;
@@ -143,8 +143,8 @@ void add_claims(const FigureChart& figure, const RunView& view, Chart& chart) {
   }
 }
 
-/// With the curves of these runs and, as level lines and a band, what the criteria of the first one
-/// allow.
+/// With the curves of these runs and, as level lines and a band, the limits of the first one's
+/// criteria.
 Chart chart_of(const FigureChart& figure, const Views& views) {
   Chart chart;
   const Unit unit = unit_of(figure);

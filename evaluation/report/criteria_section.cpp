@@ -9,7 +9,7 @@
 namespace berth::report {
 namespace {
 
-/// Value, two sigma of truth about it, and what is allowed, on one scale.
+/// Value, two sigma of truth about it, and the allowed range, on one scale.
 Html scale_of(const criterion_result_t& c) {
   if (!std::isfinite(c.value)) return {};
   std::vector<double> shown_values = {c.lower_limit, c.upper_limit, c.value};

@@ -64,7 +64,7 @@ Html Page::html() const {
              "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
              "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
              "<meta name=\"generator\" content=\"berth\">\n"
-             // Opened from a disk or a mail: a page from a log must not reach anywhere.
+             // For pages opened from a disk or a mail: content of a log must not load anything.
              "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "
              "style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:\">\n<title>") +
          text(title_) + markup("</title>\n<style>\n" + std::string(page_style) + "</style>") +

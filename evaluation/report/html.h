@@ -24,8 +24,8 @@ inline Html element(const char* name, const char* classes, const Html& content) 
 /// Style of what lies along its parent from one part of it to another; what is outside is cut off.
 std::string style_along(double from, double to);
 
-/// Link to a file beside the page, or below or above it; everything but letters, digits and -._~/
-/// is percent-encoded.
+/// Link to a file in the page's directory, or below or above it; everything but letters, digits and
+/// -._~/ is percent-encoded.
 Html link(std::string_view relative_path, const Html& content);
 
 /// A table of HTML. It scrolls sideways where the page is narrow.
@@ -49,7 +49,7 @@ class Page {
   void section(const std::string& id, const std::string& heading, const Html& content);
 
   Html html() const;
-  /// Writes beside the file and renames: a reader never sees half a page.
+  /// Writes a temporary file and renames it: a reader never sees half a page.
   /// @throws InputError when it cannot be written.
   void write(const std::filesystem::path& file) const;
 

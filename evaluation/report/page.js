@@ -20,7 +20,7 @@
   const mates = (chart) => (chart.group ? figures.filter((f) => f.group === chart.group) : [chart]);
   const number = (v) => (v === 0 ? '0' : Math.abs(v) >= 1e6 || Math.abs(v) < 1e-4 ? v.toExponential(3) : String(Number(v.toPrecision(5))));
 
-  // Of a height in the drawing the value that stands there, and back.
+  // The value at a height in the drawing, and back.
   const value = (chart, v) => {
     const [low, high] = chart.y;
     return chart.log ? low * (high / low) ** (1 - v / canvas) : low + (high - low) * (1 - v / canvas);
@@ -60,7 +60,7 @@
   };
 
   // As ticks() of axis.cpp.
-  const ticks = (chart, kind, side, [low, high], wanted) => {
+  const ticks = (chart, kind, side, [low, high], count) => {
     for (const old of chart.area.querySelectorAll(`.${kind}`)) old.remove();
     if (kind === 'yt' && chart.log) {
       for (let p = Math.ceil(Math.log10(low) - 1e-9); p <= Math.log10(high) + 1e-9; ++p) {
@@ -68,7 +68,7 @@
       }
       return;
     }
-    const rough = (high - low) / wanted;
+    const rough = (high - low) / count;
     const power = 10 ** Math.floor(Math.log10(rough));
     const step = [1, 2, 5, 10].map((f) => f * power).find((s) => s >= rough * (1 - 1e-9));
     const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
@@ -77,7 +77,7 @@
     }
   };
 
-  // What is in view decides the scale; the whole is shown as it was drawn.
+  // The visible points determine the scale; the whole is shown as it was drawn.
   const scale = (chart, view) => {
     if (view[0] === chart.x[0] && view[1] === chart.x[1]) return [0, canvas];
     let top = Infinity;

@@ -69,8 +69,8 @@ bool is_shown_phase(const evaluation::Phase& phase) {
   return phase.name != evaluation::whole_run && phase.name != evaluation::teardown_phase;
 }
 
-/// Times at which there was no good estimate although one was tried for: from each estimate that is
-/// not OK to the next one.
+/// Times without a good estimate although the estimator ran: from each estimate that is not OK to
+/// the next one.
 std::vector<Span> losses(const RunView& view, const std::vector<EstimateDetail>& estimates) {
   std::vector<Span> spans;
   bool tracked = false;
@@ -82,7 +82,7 @@ std::vector<Span> losses(const RunView& view, const std::vector<EstimateDetail>&
     if (!lost && !again && e.status != pose_estimate_t::AMBIGUOUS) continue;
     const double from = view.at(e.utime);
     const double to = i + 1 < estimates.size() ? view.at(estimates[i + 1].utime) : view.end_s();
-    const Span::Kind kind = lost ? Span::Kind::trouble : Span::Kind::doubt;
+    const Span::Kind kind = lost ? Span::Kind::trouble : Span::Kind::uncertain;
     if (!spans.empty() && spans.back().kind == kind && spans.back().to >= from) {
       spans.back().to = std::max(spans.back().to, to);
       continue;

@@ -26,7 +26,7 @@ struct EstimateDetail {
   int misses = 0;
 };
 
-/// How long the estimator worked at one estimate, s.
+/// Computing time of one estimate, s.
 struct WorkTimes {
   Utime utime = 0;
   double preprocess = 0;
@@ -48,7 +48,7 @@ struct NodeHealth {
   Utime max_silence = 0;  ///< between two messages
 };
 
-/// What a report shows of a log and that is not in its RunRecord.
+/// Data of a log that a report shows and its RunRecord does not hold.
 struct RunDetails {
   std::vector<EstimateDetail> estimates;  ///< in the log's order
   std::vector<WorkTimes> work_times;

@@ -142,7 +142,7 @@ Html node_section(const RunView& view) {
   const auto& nodes = view.details().nodes;
   if (nodes.empty()) return {};
   HtmlTable table{"llll",
-                  {"node", "at the end", "what it said", "version", "received", "published",
+                  {"node", "at the end", "states and reasons", "version", "received", "published",
                    "undecodable", "overflowed", "superseded", "longest silence, s"}};
   for (const auto& [name, node] : nodes) {
     const Named state = node_state_of(node.last.state);

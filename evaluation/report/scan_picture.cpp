@@ -24,7 +24,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t classes = 7;
 constexpr std::size_t max_dots = 4000;
 
-/// What fits the picture: the target, the windows, and a little air.
+/// The angles that the picture covers: the target, the windows, and a margin.
 AngleBox frame_of(const ScanPicture& picture, const RayCaster& target) {
   AngleBox box;
   if (picture.target) box.add(angles_of(target.bounds(), *picture.target));
@@ -39,7 +39,7 @@ AngleBox frame_of(const ScanPicture& picture, const RayCaster& target) {
   return box;
 }
 
-/// Of as many as a reader can tell apart, evenly.
+/// An even sample, of as many as a reader can distinguish.
 Html returns_of(const ScanPicture& picture, const View& view, double scale) {
   std::array<svg::Path, classes> paths;
   svg::Path elsewhere;
@@ -98,7 +98,7 @@ Html axes_of(const Pose& pose, const View& view, double length, bool estimated) 
   return html;
 }
 
-/// Half the width of the residuals' scale: what nine in ten lie within.
+/// Half the width of the residuals' scale: contains nine in ten.
 double residual_scale(const std::vector<double>& residuals) {
   std::vector<double> sizes = finite(residuals);
   if (sizes.empty()) return 0.01;

@@ -27,7 +27,7 @@ std::map<std::int64_t, std::vector<Beam>> read_beams(const std::filesystem::path
                                                      std::int64_t session,
                                                      const std::set<std::int64_t>& scans);
 
-/// One scan as it is drawn: what the sensor saw, in azimuth and elevation.
+/// One scan as it is drawn: the returns, in azimuth and elevation.
 struct ScanPicture {
   std::string title;
   std::string caption;
@@ -35,7 +35,7 @@ struct ScanPicture {
   std::vector<Beam> beams;
   std::vector<double> residuals;  ///< m, per beam: beyond the surface positive; NaN: no return
   std::optional<Pose> target;     ///< T_sensor_model where the target is drawn
-  std::optional<Pose> estimate;   ///< whose axes are drawn beside the target's own
+  std::optional<Pose> estimate;   ///< its axes are drawn as well as the target's own
 };
 
 /// Signed distance of each return from the surface of the target at this pose, which moves with

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t max_pictures = 8;
 
-/// Scans that answer what one would ask first, each with the reason why it is drawn.
+/// The scans of most interest, each with the reason why it is drawn.
 class Choice {
  public:
   explicit Choice(const RunView& view) : view_(view) {}

@@ -9,7 +9,7 @@ namespace berth::report {
 
 /// The parts of a run's report. Empty where the run has nothing of the kind.
 Html verdict_head(const RunView& view);
-/// What the procedure's source claims, met or not, and its figures drawn of this run.
+/// The claims of the procedure's source, met or not, and its figures drawn of this run.
 Html claim_section(const RunView& view);
 /// "3 of 4 claims met: SOURCE"; empty where nothing is claimed.
 Html claims_in_words(const evaluation::Comparison& comparison);
@@ -40,7 +40,7 @@ Html file_section(const RunView& view, const std::filesystem::path& page);
 /// negative outside, NaN where nothing was measured or nothing limits it.
 double relative_margin(const criterion_result_t& criterion);
 
-/// "≤ 20", "3 to 5": what is allowed, without the unit.
+/// "≤ 20", "3 to 5": the allowed range, without the unit.
 Html limits_of(const criterion_result_t& criterion);
 
 /// Class of page.css that colours it: "good", "bad", "unsure" or "grey".
@@ -50,7 +50,7 @@ const char* class_of_result(std::int8_t result);
 // The parts of a report in which several runs are compared side by side. Differences are against
 // the first.
 
-/// What each run was and how it ended. Links to the runs' own reports are relative to the page.
+/// Setup and outcome of each run. Links to the runs' own reports are relative to the page.
 Html compared_head(const Views& views, const std::filesystem::path& page);
 Html compared_criteria(const Views& views);
 /// Errors over time, each phase from its own start.

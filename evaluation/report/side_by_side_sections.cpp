@@ -207,7 +207,7 @@ Html compared_measurements(const Views& views) {
          element("p", "note-wide",
                  text("Paired: 95 % interval of the difference, bootstrapped over blocks of "
                       "estimates, where both runs estimated at the same times; bold where it "
-                      "leaves out zero. Other differences may be chance."));
+                      "leaves out zero. Other differences may be random."));
 }
 
 }  // namespace berth::report

@@ -94,7 +94,7 @@ Html timing_section(const RunView& view) {
 
 namespace {
 
-/// Short, for below a chart: what is late.
+/// Short, for below a chart: the late side.
 std::string tick_of(const std::string& name) {
   if (name == "sensor arm behind replica arm") return "arm to arm";
   return name.substr(0, name.find(" behind"));
@@ -184,7 +184,7 @@ Html latency_section(const RunView& view) {
          element(
              "p", "note-wide",
              text("A positive delay: the first named is later than the second. Of motion: least "
-                  "squares beside truth's constant errors; intervals from the scatter, or from "
+                  "squares with truth's constant errors; intervals from the scatter, or from "
                   "blocks of neighbours drawn again, whichever is wider."));
 }
 

@@ -13,7 +13,7 @@
 namespace berth::report {
 namespace {
 
-/// What to look at first: a criterion that decided, or the one that came nearest to deciding.
+/// The criterion of most interest: one that decided, or the one nearest to its limit.
 const criterion_result_t* tightest(const std::vector<criterion_result_t>& criteria) {
   const criterion_result_t* worst = nullptr;
   double min_margin = std::numeric_limits<double>::infinity();

@@ -20,7 +20,7 @@ struct AngleBox {
   bool empty() const { return left > right; }
 };
 
-/// What the sensor sees of a box of the model frame; empty when a corner is behind the sensor.
+/// The angles of a box of the model frame as seen by the sensor; empty when a corner is behind it.
 AngleBox angles_of(const Box& box, const Pose& T_sensor_model);
 
 /// Azimuth and elevation on paper.

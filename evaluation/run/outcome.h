@@ -14,7 +14,7 @@ std::int8_t outcome_of(const std::vector<criterion_result_t>& results);
 
 /// Inverse of words::of_outcome; nothing for any other text.
 std::optional<std::int8_t> outcome_named(const std::string& text);
-/// What a program that ran or judged a procedure returns: 0 pass, 1 fail, 2 error or time-out,
+/// The exit code of a program that ran or judged a procedure: 0 pass, 1 fail, 2 error or time-out,
 /// 3 aborted, 4 inconclusive.
 int exit_code_of_outcome(std::int8_t outcome);
 /// Its inverse: ERROR for any code that is none of these.

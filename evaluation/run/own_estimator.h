@@ -6,8 +6,8 @@
 
 namespace berth::evaluation {
 
-/// RUN_INFO names an estimator other than Berth's own that was run by an attachment of its name,
-/// without content. sha256: of its program or library; empty where somebody else ran it.
+/// Attachment by which RUN_INFO names an estimator other than Berth's own; it has no content.
+/// sha256: of its program or library; empty where it was started outside the run.
 attachment_t attachment_of_own_estimator(const std::string& name, const std::string& sha256);
 
 /// The estimator's name and the beginning of its hash, for people; empty: it was Berth's own.

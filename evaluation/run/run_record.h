@@ -28,7 +28,7 @@
 
 namespace berth::evaluation {
 
-/// What judging needs of one POSE_ESTIMATE.
+/// The fields of one POSE_ESTIMATE that judging needs.
 struct EstimateSample {
   Utime utime = 0;
   std::int64_t seq = 0;
@@ -73,7 +73,7 @@ struct ScanReturn {
   float elevation = 0;  ///< rad
 };
 
-/// What truth rests on.
+/// Basis of truth.
 struct TruthBasis {
   std::string basis;  ///< nominal, scans, tracker ...
   std::string calibration_hash;
@@ -99,9 +99,9 @@ struct Phase {
 };
 
 /// All messages of one session that a verdict rests on. The engine fills it from the bus as the run
-/// goes, compare from the log: what comes out does not depend on the order of arrival across
-/// channels, nor on repeats. A cell that is up takes one procedure after another in one session:
-/// state(), info() and the phases are those of the newest; runs() has one record of each.
+/// goes, compare from the log: the result does not depend on the order of arrival across channels,
+/// nor on repeats. A cell that is up takes one procedure after another in one session: state(),
+/// info() and the phases are those of the newest; runs() has one record of each.
 class RunRecord {
  public:
   void add(const pose_estimate_t& message);
@@ -135,7 +135,7 @@ class RunRecord {
   /// Those kept of the packets that an estimate rests on, in their order.
   std::vector<ScanReturn> returns_of(const EstimateSample& estimate) const;
   const TruthTrack& truth() const { return truth_; }
-  /// What truth rested on; more than one where the calibration changed within a session.
+  /// Bases of truth; more than one where the calibration changed within a session.
   std::vector<TruthBasis> truth_bases() const;
   /// The docking port that the last approach begun until then was for; empty: the target's first.
   std::string docking_port(Utime until) const;
@@ -175,7 +175,7 @@ class RunRecord {
   std::map<std::string, run_info_t> infos_;    // of each run the first, by its name
 };
 
-/// By which logs written before VERDICT_BASIS tell it, in words.
+/// Event that holds the verdict's basis, as text, in logs written before VERDICT_BASIS.
 inline constexpr char judged_event_code[] = "judged";
 
 /// Name of the phase under which the teardown's steps run.
@@ -187,13 +187,13 @@ inline constexpr char whole_run[] = "run";
 const char* text_of_host(std::int8_t host);
 
 /// The world (config/worlds) by which a simulated cell departs from its files, e.g. "lab", by the
-/// configuration in RUN_INFO. Empty: of a cell, or where that does not say.
+/// configuration in RUN_INFO. Empty: of a cell, or where that names none.
 std::string world_of(const run_info_t& info);
 
 /// Where a run was: "cell", "twin in lab".
 std::string place_of(const run_info_t& info);
 
-/// How a log was as a file.
+/// State of a log as a file.
 struct LogSummary {
   std::int64_t events = 0;
   std::int64_t missing_events = 0;
@@ -208,8 +208,8 @@ struct LogSummary {
 /// call.
 using LogVisitor = std::function<void(const logs::LogEvent&)>;
 
-/// The runs in a log, by their starts: of each session that has any a record of each procedure.
-/// One pass over the log: who needs more of it than the records keep hands in a visitor.
+/// The runs in a log, by their starts: of each session that has any a record of each procedure. One
+/// pass over the log: a visitor receives the messages that the records do not keep.
 /// @param session only that one @throws InputError when the file cannot be read.
 std::vector<RunRecord> read_runs(const std::filesystem::path& log, LogSummary& summary,
                                  std::optional<std::int64_t> session = std::nullopt,

@@ -50,7 +50,7 @@ class TruthTrack {
   std::vector<TruthSample> samples_;
 };
 
-/// By what it is known where the target was: GROUND_TRUTH or POSE_ESTIMATE.
+/// Source of the target's pose: GROUND_TRUTH or POSE_ESTIMATE.
 enum class PoseSource { truth, estimate };
 
 /// Where the target was over a log, of all its sessions.

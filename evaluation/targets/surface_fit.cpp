@@ -14,7 +14,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// What the means tell of the departures at the cells (first), and of errors and angle (last).
+/// Normal equations of the departures at the cells (first), and of errors and angle (last).
 struct NormalEquations {
   VectorXd cells;  ///< the diagonal; nothing joins two cells
   MatrixXd cross;  ///< cells x errors
@@ -132,7 +132,7 @@ ErrorInformation& ErrorInformation::operator+=(const ErrorInformation& other) {
 SurfaceFit fit_surface(const SurfaceData& data, const ErrorInformation& known) {
   const Index errors = known.vector.size();
   const NormalEquations sums = equations_of(data, errors);
-  // A joint that there is not is known well.
+  // A part without a joint: its angle is known.
   const double of_angle = 1 / std::max(data.angle_sigma * data.angle_sigma, 1e-18);
   MatrixXd prior = MatrixXd::Zero(errors + 1, errors + 1);
   prior.topLeftCorner(errors, errors) = known.matrix;

@@ -7,7 +7,7 @@
 
 namespace berth::targets {
 
-/// What was found, with its standard deviation.
+/// An estimated value with its standard deviation.
 struct Measured {
   double value = 0;
   double sigma = 0;
@@ -57,7 +57,7 @@ struct SurfaceFit {
   Measured sigma;               ///< m
   Measured correlation_length;  ///< m
   Measured angle;               ///< rad, beyond where the mesh has the part
-  ErrorInformation errors;      ///< that the part adds to what was known of them
+  ErrorInformation errors;      ///< information of the part on them, beyond what was known
 };
 
 /// Maximum likelihood of a Gaussian process (Rasmussen and Williams 2006, 5.4.1). The surface is
@@ -68,11 +68,11 @@ struct SurfaceFit {
 ///
 ///     log p = -1/2 [log |I + K L| - b' (K^-1 + L)^-1 b] + const
 ///
-/// is greatest over s in closed search for each l. The standard deviation of l is from its
-/// curvature in ln l, that of s from where it has fallen by a half. What it cannot do: lengths
-/// below the distance of cells or above the part's size are not distinguished from those; a part
-/// that departs by less than its means' noise has s = 0 within its sigma, and its l is of the prior
-/// ln l ~ N(ln of a third of the part's size, 1).
+/// is maximised over s in closed search for each l. The standard deviation of l is from its
+/// curvature in ln l, that of s from where it has fallen by a half. Limits: lengths below the
+/// distance of cells or above the part's size are not distinguished from those; a part that departs
+/// by less than its means' noise has s = 0 within its sigma, and its l is of the prior ln l ~ N(ln
+/// of a third of the part's size, 1).
 /// @param data at least 10 cells; several hundred cells take a second
 /// @param known of the errors, from elsewhere: a priori, and from other parts
 SurfaceFit fit_surface(const SurfaceData& data, const ErrorInformation& known);

@@ -100,7 +100,7 @@ ErrorGradient gradient_of(const Departure& departure, const Pose& pose) {
   return by;
 }
 
-/// Whether all of a beam's light, and all that lies a margin about it, meets one plane of one part.
+/// Whether the whole footprint of a beam, and a margin about it, meets one plane of one part.
 bool is_inside_face(const Target& target, const RayCaster& caster, const TrueReturn& seen,
                     const RayHit& hit, const BeamModel& beam) {
   constexpr double margin = 0.01;  // m: surfaces depart from the mesh, and so do their edges
@@ -149,7 +149,7 @@ std::vector<std::vector<Met>> met_parts(const Target& target, const Mesh& mesh,
   return met;
 }
 
-/// Leaves out what is not of the surface: beyond four robust standard deviations of the median.
+/// Removes outliers: beyond four robust standard deviations of the median.
 void gate(std::vector<Met>& met) {
   for (int round = 0; round < 2 && met.size() > min_returns; ++round) {
     std::vector<double> values;
@@ -270,8 +270,8 @@ SurfaceData data_of(const std::vector<Met>& met, const Cells& cells, const Views
   return data;
 }
 
-/// The angle beyond the mesh, within the joint's range, at which the most returns that nothing else
-/// explains lie on the part.
+/// The angle beyond the mesh, within the joint's range, at which the most returns that no other
+/// part explains lie on the part.
 double coarse_angle(const Target& target, std::size_t part,
                     const std::vector<TrueReturn>& returns) {
   constexpr std::size_t max_points = 1500;
@@ -415,8 +415,8 @@ std::vector<PartMeasurement> measure_parts(const Target& target,
   const Views views(returns);
   std::vector<PartMeasurement> found(target.parts.size());
   std::vector<ErrorInformation> information(target.parts.size());  // by each part, of errors
-  // The information of a part on the errors depends on how smooth it was found to be, and that on
-  // what the others tell.
+  // A part's information on the errors depends on its estimated smoothness, and that on the
+  // information from the other parts.
   const int rounds = any_joint || target.parts.size() > 1 ? 3 : 1;
   for (int round = 0; round < rounds; ++round) {
     auto met = met_parts(target, turned_mesh(target, angles), returns, settings.beam, views);

@@ -57,15 +57,15 @@ Departure departure_of(const TrueReturn& seen, const RayHit& hit, const Joint* j
 
 /// Surface sigma, correlation length, reflectivity and joint angle of each part, in the order of
 /// Target::parts. Returns are laid on the mesh by truth; those that may have met an edge or another
-/// surface are left out. What errs for all parts alike is estimated from all of them, with the
+/// surface are left out. Errors common to all parts are estimated from all of them, with the
 /// surfaces: of each run a range bias (beam model's range sigma), and truth's pose, whose
-/// covariance is taken to be a third of what is constant in the sensor frame (its mount), a third
-/// of what is constant in the model frame (the target's), and a third of each view, that is of all
-/// scans of a run from about one place (0.1 m, 5 deg). The angle of a joint is searched for over
-/// its range first. Reflectivity: the median of power (range / full-scale range)^2 / cosine, at
-/// incidences beyond the part's mirrors where there are such; its sigma is that of the mean of
-/// patches as seen from each view, and of the incidence, of which truth's and the joint's rotation
-/// are not known better than so.
+/// covariance is taken to be a third constant in the sensor frame (its mount), a third constant in
+/// the model frame (the target's), and a third of each view, that is of all scans of a run from
+/// about one place (0.1 m, 5 deg). The angle of a joint is searched for over its range first.
+/// Reflectivity: the median of power (range / full-scale range)^2 / cosine, at incidences beyond
+/// the part's mirrors where there are such; its sigma is that of the mean of patches as seen from
+/// each view, and of the incidence, which is known only as well as truth's and the joint's
+/// rotation.
 /// @param returns in the order of their runs
 std::vector<PartMeasurement> measure_parts(const Target& target,
                                            const std::vector<TrueReturn>& returns,

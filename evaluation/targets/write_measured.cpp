@@ -49,7 +49,7 @@ std::string with_measured(const std::string& yaml, const std::string& name,
   for (const PartMeasurement& part : parts) {
     const YamlNode map =
         part.part == "default" ? root.at("default_part") : root.at("parts").at(part.part);
-    if (map.is_nothing()) continue;  // the default part of a file that says nothing of it
+    if (map.is_nothing()) continue;  // the default part of a file without that key
     const auto put_value = [&](const YamlNode& of, const char* key,
                                const std::optional<Measured>& measured, double factor, int decimals,
                                const char* unit) {

@@ -17,7 +17,7 @@ struct AcquisitionScene {
   Scan scan;
 };
 
-/// What one wants of a scene.
+/// Requirements of a scene.
 struct SceneWishes {
   Physics physics;
   int returns = 3000;                              ///< from the target, about
@@ -32,11 +32,11 @@ struct SceneWishes {
 AcquisitionScene make_scene(const std::shared_ptr<const estimator::TargetModel>& model,
                             const SceneWishes& wishes, Random& random);
 
-/// What an acquisition is worth: it may say that it does not know, but not be silently wrong.
+/// Classes of acquisition results: an undecided one is acceptable, a silently wrong one is not.
 enum class Verdict { right, ambiguous_with_truth, ambiguous_without, silently_wrong, lost };
 /// "right", "ambiguous with truth" ...
 const char* name_of(Verdict verdict);
-/// Whether the truth is among what was found.
+/// Whether the truth is among the poses found.
 inline bool has_truth(Verdict verdict) {
   return verdict == Verdict::right || verdict == Verdict::ambiguous_with_truth;
 }

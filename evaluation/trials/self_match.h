@@ -15,7 +15,7 @@ struct SelfMatch {
 };
 
 /// All motions that are locally best, the identity left out; best first, at most `max_matches`.
-/// Measured here again, apart from what the estimator knows of symmetries.
+/// Computed independently of the estimator's own symmetries.
 std::vector<SelfMatch> self_matches(const estimator::TargetModel& model, std::size_t max_matches);
 
 /// The judge of poses: right means within 5 degrees and 5 % of the length of the truth or of a pose

@@ -19,14 +19,14 @@ using estimator::RawBeam;
 struct Physics {
   BeamModel noise;
   double rate_hz = 2000;    ///< beams per second
-  ScannerErrors scanner;    ///< outliers lie up to 3 m behind the target, whatever it says
+  ScannerErrors scanner;    ///< outliers lie up to 3 m behind the target, whatever its files state
   double mesh_sigma_m = 0;  ///< of the true surface about the model's, alike over 0.3 m
   double clutter = 0;       ///< share of the returns that come from scattered points
 };
 
 /// Beam noise as in cases Error1, Error2 and Error3 of the paper's Table 1.
 BeamModel table_1_noise(int error_case);
-/// The world beside the targets: everything that Physics knows, in moderate amounts.
+/// The simulated world apart from the target: all effects of Physics, in moderate amounts.
 Physics full_physics(const BeamModel& noise);
 
 /// The piece of surface that a return came from. Sensor frame.

@@ -19,7 +19,7 @@ struct CloudExport {
   std::int64_t without_return = 0;  ///< scans that made no file
   std::int64_t packets_missing = 0;
   std::int64_t undecodable = 0;
-  std::int64_t without_pose = 0;  ///< returns of a time at which nobody knows where the target was
+  std::int64_t without_pose = 0;  ///< returns at times without a known pose of the target
   std::int64_t failed = 0;        ///< scans whose file could not be made, or was there already
   std::string failure = {};       ///< why the first of them
 };

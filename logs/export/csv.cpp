@@ -264,7 +264,7 @@ std::vector<CsvFile> export_csv(const fs::path& log, const fs::path& directory,
   }
   fs::create_directories(directory);
   std::map<std::string_view, int> types_of_channel;
-  // Names that can stay as they are go first: who has one need not give way to one that is made.
+  // Names that need no change are given first, so that they do not give way to made ones.
   FileNames names;
   for (const bool changed : {false, true}) {
     for (auto& [key, table] : tables) {

@@ -19,10 +19,9 @@ struct CsvFile {
 };
 
 /// Writes a file for each channel and type into a directory, CHANNEL.csv (FileNames). The header
-/// names each
-/// column with its unit: "position_m[0] [m]". First comes log_utime, at which the logger received
-/// the message; then its fields, arrays expanded to as many columns as the longest needs, absent
-/// elements empty. A type with three arrays or more of one common size, or a very long one
+/// names each column with its unit: "position_m[0] [m]". First comes log_utime, at which the logger
+/// received the message; then its fields, arrays expanded to as many columns as the longest needs,
+/// absent elements empty. A type with three arrays or more of one common size, or a very long one
 /// (SCAN_DATA: one entry a beam) gets a row per entry instead, with the column "index". Channels of
 /// unknown types have no file: left_out names them. wanted: which channels. A file that cannot be
 /// made, or is there already, leaves the others as they are. @throws InputError when the log cannot

@@ -13,11 +13,11 @@ struct McapExport {
   std::uint64_t messages = 0;
   std::int64_t channels = 0;
   std::int64_t undecodable = 0;
-  std::int64_t unknown = 0;  ///< of types nobody knows: left out
+  std::int64_t unknown = 0;  ///< of unknown types: left out
 };
 
-/// Writes a log as MCAP: each channel as a topic of JSON messages with a JSON schema, and beside
-/// them what Foxglove-compatible viewers draw (foxglove.h).
+/// Writes a log as MCAP: each channel as a topic of JSON messages with a JSON schema, and in
+/// addition the topics that Foxglove-compatible viewers draw (foxglove.h).
 /// @throws InputError when the log cannot be read or the file is there; std::runtime_error when the
 /// disk is full.
 McapExport export_mcap(const std::filesystem::path& log, const std::filesystem::path& out,

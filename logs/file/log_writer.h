@@ -42,7 +42,7 @@ class LogWriter {
   std::int64_t number_ = 0;
 };
 
-/// A log that is made of another: never replaces a file, and goes again when it is not finished.
+/// A log made of another: never replaces a file, and is removed when it is not finished.
 class DerivedLog {
  public:
   /// @throws InputError when the file is there already or cannot be made.

@@ -143,8 +143,8 @@ class TimelineFinder {
     last = now;
   }
 
-  /// The longest silences of which nothing else is known, all at once: two steps of one size must
-  /// not excuse each other.
+  /// The longest silences without another explanation, all at once: two steps of one size must not
+  /// excuse each other.
   void judge_unexplained() {
     std::vector<Break*> open;
     double total = total_;

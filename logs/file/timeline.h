@@ -10,7 +10,7 @@
 
 namespace berth::logs {
 
-/// A place at which a log's times do not go on: by as much as they jump there no time has passed.
+/// A place where a log's times jump although no time has passed.
 struct TimeStep {
   enum class Kind {
     back,    ///< the clock was set back
@@ -32,16 +32,16 @@ struct TimeStep {
 /// though the clock was set in between, or logs were joined. Never goes back. A log whose clock was
 /// left alone has the times that it was received at.
 ///
-/// One gap does not tell whether the clock was set. Times that go back, and stay, are a step. A
-/// silence of more than a second is one
-///  - where heartbeats say so: they count 50 ms each, whatever the clock does, and go on across it
+/// One gap does not determine whether the clock was set. Times that go back, and stay, are a step.
+/// A silence of more than a second is one
+///  - where heartbeats show it: they count 50 ms each, whatever the clock does, and go on across it
 ///    as if it had not been; where as many of them are missing as fit into it, time did pass;
 ///  - where event numbers begin anew and it is longer than any silence within the recordings;
-///  - where neither says anything, when it lasts over a minute, which nobody minds to wait, and
-///    events that come by chance, as many in as much time as all others, leave such a silence in
-///    less than one log of 1e9 (that the longest of n spacings is more than half of their sum, the
-///    share x of it, has the probability n (1 - x)^(n - 1): R. A. Fisher, Tests of significance in
-///    harmonic analysis, 1929).
+///  - where neither decides, when it lasts over a minute (a replay may wait for shorter ones), and
+///    random events, as many in as much time as all others, leave such a silence in less than one
+///    log of 1e9 (that the longest of n spacings is more than half of their sum, the share x of it,
+///    has the probability n (1 - x)^(n - 1): R. A. Fisher, Tests of significance in harmonic
+///    analysis, 1929).
 /// A single event at another time than its neighbours (its header is damaged, it comes late) is no
 /// step: it has the time of the one before.
 class Timeline {
@@ -49,7 +49,7 @@ class Timeline {
   /// Reads the log once, and rewinds it.
   explicit Timeline(LogReader& reader);
 
-  /// The steps that people want to know of: ntpd and its like correct less than 128 ms without one.
+  /// The steps of interest to a user: ntpd and its like correct less than 128 ms without one.
   const std::vector<TimeStep>& steps() const { return steps_; }
   /// There is no event.
   bool empty() const { return stretches_.empty(); }
@@ -96,7 +96,7 @@ class Timeline {
   std::vector<std::int64_t> strays_;  ///< their places: they are later than those that follow
 };
 
-/// From one time to another, and a time so much later; no sum of any two overflows.
+/// Time between two times, and the time after a duration; sums do not overflow.
 Utime elapsed(Utime from, Utime to);
 Utime later(Utime time, Utime by);
 

@@ -29,7 +29,7 @@ struct StreamFields {
   std::string key_of(Bytes message) const;
 };
 
-/// What came on one channel: counts, sizes, pauses, types, gaps. Allocates nothing per message.
+/// Traffic of one channel: counts, sizes, pauses, types, gaps. Allocates nothing per message.
 class ChannelTally {
  public:
   explicit ChannelTally(const TypeCatalogue& types) : types_(&types) {}
@@ -71,8 +71,8 @@ class ChannelTally {
   /// By the messages' own seq, over all streams.
   std::int64_t missing() const;
   std::int64_t restarts() const { return restarts_; }
-  /// Messages that are not what their channel carries: of a known type but damaged, or with a
-  /// fingerprint nobody knows on a channel whose type is known.
+  /// Messages that do not belong to their channel: of a known type but damaged, or with an unknown
+  /// fingerprint on a channel whose type is known.
   std::int64_t undecodable() const;
   /// On a channel of which no type is known.
   std::int64_t unknown() const;

@@ -14,7 +14,7 @@
 
 namespace berth::logs {
 
-/// One place in a log where something is not as it should be.
+/// One irregular place in a log.
 struct Finding {
   enum class Kind {
     damage,          ///< bytes that belong to no event
@@ -58,8 +58,8 @@ struct Inspection {
   std::int64_t undecodable() const;
   std::int64_t unknown() const;
   std::int64_t missing_messages() const;
-  /// Messages are there, no damage, nothing undecodable, and no gaps either unless they do not
-  /// count.
+  /// There are messages, no damage, nothing undecodable, and no gaps either unless these are
+  /// allowed.
   bool sound(bool gaps_count = true) const;
 };
 

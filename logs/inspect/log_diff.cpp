@@ -70,7 +70,7 @@ class Comparer {
       return;
     }
     if (a.list().size() != b.list().size()) {
-      say(a, b, path);
+      record(a, b, path);
       return;
     }
     for (std::size_t i = 0; i < a.list().size(); ++i) {
@@ -90,10 +90,10 @@ class Comparer {
       if (!std::isnan(distance)) result.largest = std::max(result.largest, distance);
       if (distance <= tolerance_) return;
     }
-    say(a, b, path);
+    record(a, b, path);
   }
 
-  void say(const Value& a, const Value& b, const std::string& path) {
+  void record(const Value& a, const Value& b, const std::string& path) {
     if (result.differs) return;
     result.differs = true;
     result.path = path;

@@ -11,7 +11,7 @@
 namespace berth::logs {
 namespace {
 
-/// What a log has on its channels: how often each fingerprint, and whether one of a type we know.
+/// The types on a log's channels: the count of each fingerprint, and whether its type is known.
 class ChannelContents {
  public:
   ChannelContents(const std::filesystem::path& log, const TypeCatalogue& types) : types_(types) {

@@ -14,10 +14,10 @@ struct Repair {
   std::size_t damaged_bytes = 0;
 };
 
-/// Writes what is good of a log into a new one: every event as it stood, with its number and time,
-/// but for damaged bytes and for messages that are not what their channel carries: of a known type
-/// that do not decode, or of a type nobody knows where the channel's own is known (a damaged
-/// fingerprint). Channels of which nothing is known are kept. Never overwrites.
+/// Writes the sound part of a log into a new one: every event as it stood, with its number and
+/// time, but for damaged bytes and for messages that do not belong to their channel: of a known
+/// type that do not decode, or of an unknown type where the channel's own is known (a damaged
+/// fingerprint). Channels without a known type are kept. Never overwrites.
 /// @throws InputError when in cannot be read or out is there; std::runtime_error when the disk is
 /// full: what was written until then is removed.
 Repair repair(const std::filesystem::path& in, const std::filesystem::path& out,

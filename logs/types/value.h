@@ -13,7 +13,7 @@
 
 namespace berth::logs {
 
-/// What a field holds. A struct is the list of its fields' values, in their order; an array the
+/// The value of a field. A struct is the list of its fields' values, in their order; an array the
 /// list of its elements, or of its rows. Texts are views into the message.
 struct Value {
   using List = std::vector<Value>;
@@ -28,7 +28,7 @@ struct Value {
 bool is_message(const StructType& type, Bytes message);
 
 /// The fields of a message; nothing when is_message() is false. Never throws on damaged bytes, nor
-/// asks for more memory than some 32 times theirs.
+/// allocates more than some 32 times their size.
 std::optional<Value> decode_value(const StructType& type, Bytes message);
 
 /// As an object with the fields in their order. Numbers that are not finite are null.

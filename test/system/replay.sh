@@ -38,7 +38,7 @@ beside() {
   local run=$1 count beside_url="udpm://239.255.76.67:$((port + 2))?ttl=0"
   count=$("$bin/berth" log estimates "$run/run.lcm" | wc -l)
   expect 0 "$bin/berth" replay "$run" --estimate --rate 32 --lcm-url "$beside_url"
-  says "$count estimates beside recorded ones, $count the same number for number"
+  says "$count estimates compared with recorded ones, $count identical"
   expect 0 "$bin/berth" reestimate "$run" --out "$work/again"
-  says "all estimates are the recorded ones, number for number"
+  says "all estimates are identical to the recorded ones"
 }

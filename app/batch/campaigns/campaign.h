@@ -20,7 +20,7 @@ struct Block {
 /// A campaign's directory: everything that makes and records it, with copies of what it names.
 ///
 ///     campaign.yaml     the manifest as given
-///     campaign.json     trials asked for, versions, hashes, seed, units, machine
+///     campaign.json     trials requested, versions, hashes, seed, units, machine
 ///     procedure/, config/, target/    what the trials use
 ///     blocks/           results of finished blocks, and of those under way (.started)
 /// and after the merge:
@@ -44,7 +44,7 @@ class Campaign {
   const std::filesystem::path& directory() const { return directory_; }
   /// @throws InputError when it was begun with another build: its results are not ours to add to.
   void require_this_build() const;
-  /// As run: with the trials asked for, and with places inside the directory.
+  /// As run: with the trials requested, and with places inside the directory.
   const Manifest& manifest() const { return manifest_; }
 
   /// All blocks, in order. The same for any number of workers and any engine.

@@ -184,8 +184,8 @@ class AcquisitionExperiment : public Experiment {
   std::map<std::map<std::string, std::string>, Subject> subjects_;
 };
 
-/// What many trials that failed alike have in common: the step that broke it off, or else the first
-/// criterion that was not met.
+/// The failure kind that trials share: the step that broke off, or else the first criterion that
+/// was not met.
 std::string kind_of_failure(const evaluation::Comparison& comparison) {
   const auto& steps = comparison.steps;
   const auto step = std::find_if(steps.begin(), steps.end(), went_wrong);

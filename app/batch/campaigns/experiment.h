@@ -13,10 +13,10 @@ namespace berth::campaigns {
 class Experiment {
  public:
   virtual ~Experiment() = default;
-  /// A function of the trial alone: no clock, nothing of the trials before. Never throws for what
-  /// went wrong in the trial; that is its outcome.
+  /// A function of the trial alone: independent of clocks and of earlier trials. An error in the
+  /// trial is its outcome; never throws for one.
   virtual TrialResult run(const Trial& trial) = 0;
-  /// The same, and what there is to look at is left in `directory`, which is made.
+  /// The same; also writes files for inspection into `directory`, which is made.
   virtual TrialResult run_again(const Trial& trial, const std::filesystem::path& directory) = 0;
 };
 

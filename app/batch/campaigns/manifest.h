@@ -101,7 +101,7 @@ struct Manifest {
 ///
 /// @throws InputError "file:line: key ...: found ..., expected ..."
 Manifest load_manifest(const std::filesystem::path& file);
-/// The same from text; places: where to find what it names instead of beside it.
+/// The same from text; places: where the named files are, instead of next to the manifest.
 Manifest parse_manifest(const std::string& text, const std::string& file,
                         const Places* places = nullptr);
 

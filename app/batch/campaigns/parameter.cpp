@@ -18,7 +18,7 @@ constexpr char distributions[] =
     "a distribution: {uniform: [LOW, HIGH]}, {log_uniform: [LOW, HIGH]}, {normal: [MEAN, SIGMA]}, "
     "{choice: [A, B]}, or 'any attitude'";
 
-/// Nine digits: what is written is what the trial gets, and what its line of results says.
+/// Nine digits: trial and result line get the same value.
 std::string text_of(double value, const std::string& unit) {
   char text[32];
   std::snprintf(text, sizeof text, "%.9g", value);

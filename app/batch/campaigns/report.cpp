@@ -102,10 +102,10 @@ Html campaign_head(const ReportView& view) {
   const std::size_t failed = view.table.size() - view.all.passed;
   const std::string share =
       view.table.size() == 0 ? "-" : brief(100 * view.all.success.value, 4) + " %";
-  std::string said = grouped(view.all.passed) + " of " + grouped(view.table.size()) +
-                     " trials passed, " + grouped(failed) +
-                     " did not: " + percent_text(view.all.success) + " at 95 % confidence.";
-  if (!missing.empty()) said += " Missing: " + missing + ".";
+  std::string summary_text = grouped(view.all.passed) + " of " + grouped(view.table.size()) +
+                             " trials passed, " + grouped(failed) +
+                             " did not: " + percent_text(view.all.success) + " at 95 % confidence.";
+  if (!missing.empty()) summary_text += " Missing: " + missing + ".";
   const ordered_json identity = record.value("identity", ordered_json::object());
   const std::string subject = view.manifest.places.procedure.empty()
                                   ? view.manifest.experiment
@@ -122,7 +122,7 @@ Html campaign_head(const ReportView& view) {
                   fact("version", identity.value("berth", "")) +
                   fact("begun", record.value("created", "")));
   Html html = element("div", missing.empty() ? "verdict" : "verdict unsure",
-                      heading + element("p", "", text(said)) + facts);
+                      heading + element("p", "", text(summary_text)) + facts);
   if (!view.manifest.description.empty()) html += element("p", "", text(view.manifest.description));
   return html;
 }
@@ -205,7 +205,7 @@ void write_report(const Manifest& manifest, const std::filesystem::path& directo
   section("attitude", "Attitude", attitude_section(view));
   section("failures", "Failures", failure_section(view));
   section("worst", "Worst trials", worst_section(view));
-  sweeps(true);  // seldom what was asked
+  sweeps(true);  // seldom of interest
   section("manifest", "Manifest", manifest_section(view));
   page.write(directory / "report.html");
 }

@@ -86,7 +86,7 @@ Html coverage(const TrialTable& table) {
   const auto cells = rows_by_cell(table, grid, all_rows(table));
   Html maps;
   for (const MeasurementColumn& column : table.measurements) {
-    if (!maps.code.empty()) break;  // the first says most; the others are in the numbers
+    if (!maps.code.empty()) break;  // the first map is enough: the numbers hold all
     maps += number_map("Median " + column.name, column.unit, grid, cells,
                        [&](const Rows& rows) { return median_of(column, rows); });
   }
@@ -220,13 +220,12 @@ Html roll_charts(const TrialTable& table) {
   std::vector<Chart> charts = {chart};
   if (!table.measurements.empty())
     charts.push_back(measurement_chart(sweep, 0, table.measurements[0]));
-  const std::string said =
-      p_value < alpha
-          ? "Roll matters: shares as different as these come by chance in "
-          : "Nothing says that roll matters: shares as different as these come by chance in ";
-  return grid_of(charts) +
-         element("p", "note-wide",
-                 text(said + report::brief(100 * p_value, 2) + " % of campaigns (chi squared)."));
+  const std::string finding =
+      p_value < alpha ? "Roll matters: equal shares would differ as much in "
+                      : "No evidence that roll matters: equal shares would differ as much in ";
+  return grid_of(charts) + element("p", "note-wide",
+                                   text(finding + report::brief(100 * p_value, 2) +
+                                        " % of campaigns (chi squared)."));
 }
 
 }  // namespace
@@ -252,7 +251,7 @@ Html attitude_section(const ReportView& view) {
                       "directions in Hammer's projection, as a globe from outside. In the middle "
                       "the face that looks along −z (the docking interface of the replica), "
                       "+x to the right, −y above; the back at both ends. Equal areas are equal "
-                      "shares of all directions; hover tells the number of trials.")) +
+                      "shares of all directions; hover shows the number of trials.")) +
          element("div", "grid fill", maps) + element("h3", "", text("All trials")) +
          element("div", "grid fill", coverage(table)) + worst_views(view) +
          element("h3", "", text("Roll")) + roll_charts(table);

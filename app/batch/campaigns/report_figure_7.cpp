@@ -10,8 +10,8 @@ namespace {
 
 using namespace report;
 
-/// What the paper's text (5.2) says of its Figure 7: of how many data sets its averages are, above
-/// how many points errors are "almost constant", below how many they "significantly increase".
+/// The paper's text (5.2) on its Figure 7: the number of data sets averaged, the number of points
+/// above which errors are "almost constant", and that below which they "significantly increase".
 struct Claim {
   std::int64_t data_sets = 110;
   double constant_above = 2000;
@@ -77,7 +77,8 @@ Chart averages(const Sweep& sweep, const TrialTable& table, const std::string& t
   return chart;
 }
 
-/// Our averages where the paper says that they hardly change, and where it says that they grow.
+/// Our averages where the paper states that errors hardly change, and where it states that they
+/// grow.
 std::string compared(const Sweep& sweep, std::size_t measurement, const Claim& claim) {
   double low = INFINITY;
   double high = 0;
@@ -133,7 +134,7 @@ Html figure_7_section(const ReportView& view) {
   return grid_of(charts) + html_of(table) +
          element("p", "note-wide",
                  text("The paper resampled " + std::to_string(claim.data_sets) +
-                      " data sets at 5 m and averaged over successful runs; its text says where "
+                      " data sets at 5 m and averaged over successful runs; its text states where "
                       "the averages are constant and where they grow, its curves are not given as "
                       "numbers. Here every trial is a scan of its own, at an attitude drawn from "
                       "all. Upright lines: 95 % intervals (Student's). Horizontal: returns."));

@@ -33,7 +33,7 @@ report::Html attitude_section(const ReportView& view);
 report::Html failure_section(const ReportView& view);
 /// Trials with the largest errors, each with the command that runs it again.
 report::Html worst_section(const ReportView& view);
-/// The paper's Figure 7 beside ours; of the acquisition experiment alone.
+/// The paper's Figure 7 and ours side by side; of the acquisition experiment alone.
 report::Html figure_7_section(const ReportView& view);
 
 /// Per cent of the trials that passed over the parameter, with intervals.

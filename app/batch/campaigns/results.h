@@ -50,7 +50,7 @@ class BlockWriter {
 
 /// What came of the blocks that are there.
 struct Summary {
-  std::int64_t trials = 0;   ///< asked for
+  std::int64_t trials = 0;   ///< requested
   std::int64_t present = 0;  ///< with a result
   std::map<Outcome, std::int64_t> outcomes;
   std::map<std::string, std::int64_t> failures;  ///< by kind
@@ -78,7 +78,7 @@ struct RunnerCost {
 ///     {"machine":"a","jobs":2,"trials":500,"wall_s":3.1,"user_s":5.9,"system_s":0.1}
 void note_cost(const Campaign& campaign, const RunnerCost& cost, int jobs);
 
-/// What those lines say together; lines cut short are passed over.
+/// The sum of those lines; truncated lines are skipped.
 struct CampaignCost {
   double trials = 0;
   double processor_s = 0;

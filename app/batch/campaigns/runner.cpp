@@ -77,7 +77,7 @@ void work(const Campaign& campaign, const std::vector<Block>& blocks,
   }
 }
 
-/// Whoever sent these meant the process and not the trial.
+/// Whether the signal was sent from outside and is not the trial's fault.
 bool from_outside(int signal) {
   return signal == SIGKILL || signal == SIGTERM || signal == SIGINT || signal == SIGHUP;
 }

@@ -141,7 +141,7 @@ std::string reason_of(const SlurmJobs& jobs, std::size_t task) {
   if (fs::exists(jobs.folder.exit_file(task))) {
     const std::string code = first_line(read_file(jobs.folder.exit_file(task)));
     if (code != "0") return "exit code " + code;
-    return "it says that it did everything: is " + jobs.folder.path.string() +
+    return "it reports that all is done: is " + jobs.folder.path.string() +
            " the same on all machines?";
   }
   const std::string state = state_of_task(jobs, task);
@@ -238,7 +238,7 @@ std::vector<std::string> array_command(const Campaign& campaign, const SlurmFold
 std::vector<std::string> merge_command(const Campaign& campaign, const SlurmFolder& folder,
                                        const SlurmOptions& options, const std::string& array_job) {
   auto command = beginning_of_command(campaign, options);
-  // Whatever came of the tasks: what is there is merged, and what is missing is said.
+  // However the tasks end, present results are merged and missing ones reported.
   command.push_back("--dependency=afterany:" + array_job);
   command.push_back("--output=" + (folder.path / "merge.log").string());
   command.insert(command.end(), options.arguments.begin(), options.arguments.end());

@@ -44,8 +44,8 @@ struct SlurmTask {
   std::int64_t trials = 0;  ///< that are missing in it
 };
 
-/// Trials of a task, so that it takes as long as the options ask for; a scheduler takes seconds to
-/// start a task, whatever it does. No more tasks than `max_tasks`.
+/// Trials of a task, so that it takes as long as the options request: a scheduler takes seconds to
+/// start any task. No more tasks than `max_tasks`.
 /// @param trial_s processor time of one trial
 std::int64_t trials_of_a_task(const SlurmOptions& options, double trial_s, std::int64_t missing,
                               std::int64_t max_tasks);
@@ -100,7 +100,7 @@ SlurmJobs submit(const Campaign& campaign, const SlurmOptions& options, double t
 /// The last submission that Slurm still has to do with, if any.
 std::optional<SlurmJobs> active_jobs(const Campaign& campaign);
 
-/// How far jobs are, as the scheduler says.
+/// Progress of jobs as the scheduler reports it.
 struct SlurmState {
   std::size_t waiting = 0;
   std::size_t running = 0;

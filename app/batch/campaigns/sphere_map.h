@@ -12,8 +12,8 @@
 namespace berth::campaigns {
 
 /// The sphere cut into cells of exactly equal area, nearly square but at the poles: rings of equal
-/// cells, as many in a ring as its length asks for (after Malkin, "A new method to subdivide a
-/// spherical surface into equal-area cells", 2016).
+/// cells, their number in proportion to the ring's length (after Malkin, "A new method to subdivide
+/// a spherical surface into equal-area cells", 2016).
 class SphereGrid {
  public:
   /// @param cells number of cells, at least 1; as near as the rings allow

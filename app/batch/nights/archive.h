@@ -17,15 +17,15 @@ struct ArchivedRun {
 /// What tonight's estimator makes of recorded scans.
 struct ArchiveResult {
   std::vector<ArchivedRun> runs;
-  /// Errors of all runs together against truth, where they differ from the recorded by no chance.
+  /// Errors of all runs together against truth, where they differ significantly from the recorded.
   std::vector<FlaggedChange> changes;
 
   bool failed() const;  ///< some run could not be estimated again
 };
 
-/// Estimates every run of the plan's archive again, in a process of its own, and keeps what it said
-/// in archive.json; the new run directories are not kept. Where it says nothing that can be read,
-/// that is the one run's error. Nothing without an archive.
+/// Estimates every run of the plan's archive again, in a process of its own, and keeps its output
+/// in archive.json; the new run directories are not kept. Unreadable output is an error of that run
+/// alone. Nothing without an archive.
 /// @param night its directory
 ArchiveResult estimate_archive(const Plan& plan, const std::filesystem::path& program,
                                const std::filesystem::path& night);

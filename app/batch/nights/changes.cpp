@@ -27,7 +27,7 @@ bool completed(const FinishedRun& run) {
   return false;
 }
 
-/// Extremes and the teardown of a run vary with luck more than with a change: recorded, not
+/// Extremes and the teardown of a run vary more at random than with a change: recorded, not
 /// compared.
 bool is_compared(const RunValue& v) {
   return v.statistic != "peak" && v.phase != evaluation::teardown_phase;

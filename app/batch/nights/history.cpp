@@ -65,7 +65,7 @@ Night night_of(Statement& row) {
 
 History::History(const std::filesystem::path& file) : database_(file) {
   try {
-    // A reader does not hold up the night, and a power cut loses nothing that was told as done.
+    // A reader does not delay the night, and a power cut loses nothing that was reported as done.
     database_.execute("PRAGMA journal_mode = WAL; PRAGMA foreign_keys = ON;");
     Transaction transaction(database_);
     Statement version = database_.prepare("PRAGMA user_version");

@@ -60,7 +60,7 @@ void add_rows(const Case& of_plan, const NightReport& report, HtmlTable& table) 
 
 constexpr std::size_t nights_shown = 60;
 
-/// Beside the criteria, of the whole run: what an estimator engineer looks at first.
+/// Shown in addition to the criteria, for the whole run: what an estimator engineer looks at first.
 const std::vector<std::pair<const char*, const char*>>& always_shown() {
   static const std::vector<std::pair<const char*, const char*>> list = {
       {"position_error", "rms"}, {"attitude_error", "rms"},
@@ -115,11 +115,12 @@ Html head_of(const NightReport& report) {
     simulated += c.simulated_s;
     cpu += c.cpu_s;
   }
-  std::string said = std::to_string(passed) + " of " + std::to_string(runs) + " runs passed; " +
-                     std::to_string(worse) + " of " + std::to_string(report.changes.comparisons) +
-                     " comparisons tell of a change for the worse.";
+  std::string summary = std::to_string(passed) + " of " + std::to_string(runs) + " runs passed; " +
+                        std::to_string(worse) + " of " +
+                        std::to_string(report.changes.comparisons) +
+                        " comparisons show a change for the worse.";
   if (report.left_out > 0) {
-    said += " The time budget left out " + std::to_string(report.left_out) + " runs.";
+    summary += " The time budget left out " + std::to_string(report.left_out) + " runs.";
   }
   std::string verdict = night.verdict;
   for (char& c : verdict) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
@@ -138,7 +139,7 @@ Html head_of(const NightReport& report) {
                             link(night.name + "/summary.json", text("JSON")) + text(" · ") +
                             link(night.name + "/results.xml", text("JUnit"))));
   return element("div", (std::string("verdict ") + colour_of(night.verdict)).c_str(),
-                 heading + element("p", "", text(said)) + facts);
+                 heading + element("p", "", text(summary)) + facts);
 }
 
 /// Pages that a run directory may hold, best first.
@@ -156,7 +157,7 @@ Html changes_table(const std::vector<FlaggedChange>& changes) {
   if (changes.empty()) return element("p", "", text("None."));
   HtmlTable table{"lllll",
                   {"", "procedure", "phase", "measurement", "compared with", "before", "after",
-                   "unit", "change [95 %]", "chance of a false alarm"}};
+                   "unit", "change [95 %]", "p-value"}};
   for (const FlaggedChange& c : changes) {
     const char* colour = c.kind == "worse" ? "bad" : c.kind == "better" ? "good" : "unsure";
     table.rows.push_back({element("b", colour, text(c.kind)), text(c.case_name), text(c.phase),
@@ -193,8 +194,8 @@ Html archive_section(const ArchiveResult& archive) {
          text(std::to_string(run.estimates)), text(std::to_string(run.same))});
   }
   return element("p", "soft",
-                 text("Tonight's estimator over recorded scans: what it says other than it was "
-                      "recorded, and whether that is nearer to the truth.")) +
+                 text("Tonight's estimator over recorded scans: estimates that differ from those "
+                      "recorded, and whether they are nearer to the truth.")) +
          html_of(table) + changes_table(archive.changes);
 }
 

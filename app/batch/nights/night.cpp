@@ -42,7 +42,7 @@ std::string identity(const std::string& version, const fs::path& program) {
   return version + " " + sha256_of_file(program).substr(0, 12);
 }
 
-/// The plan with what the command line says instead.
+/// The plan with the values given on the command line.
 Plan plan_of(const NightRequest& request) {
   Plan plan = load_plan(request.plan);
   if (request.jobs > 0) plan.jobs = request.jobs;
@@ -158,7 +158,7 @@ std::map<std::string, std::vector<evaluation::Criterion>> criteria_by_case(const
   for (const Case& of : plan.cases) {
     try {
       criteria[of.name] = criteria_of(of);
-    } catch (const InputError&) {  // its runs tell
+    } catch (const InputError&) {  // its runs report it
     }
   }
   return criteria;

@@ -179,7 +179,7 @@ Archive read_archive(Config& parent) {
   return archive;
 }
 
-/// Seeds nobody chose: above all that people write down, and exact in JSON.
+/// Random seeds, above the range that people write down, and exact in JSON.
 std::vector<std::uint64_t> fresh_seeds(const Plan& plan, const Case& of, std::int64_t night) {
   Random random(static_cast<std::uint64_t>(night), "fresh seeds of " + plan.name + ", " + of.name);
   std::vector<std::uint64_t> seeds;

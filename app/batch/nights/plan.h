@@ -13,25 +13,25 @@ namespace berth::nights {
 
 /// A procedure under one set of conditions: what is compared from night to night.
 struct Case {
-  std::string name;  ///< once in a plan: the procedure's, with what else tells it from the others
+  std::string name;  ///< unique in a plan: the procedure's, with the conditions that distinguish it
   std::filesystem::path procedure;
-  std::string target;         ///< empty: the procedure's own
-  std::string host = "twin";  ///< "twin", "simulated-cell" or "cell"
-  std::string world;          ///< of config/worlds; empty: the procedure's own, or the standard one
-  std::filesystem::path config;     ///< empty: the one shipped with the build
+  std::string target;            ///< empty: the procedure's own
+  std::string host = "twin";     ///< "twin", "simulated-cell" or "cell"
+  std::string world;             ///< of config/worlds; empty: the procedure's own, or the default
+  std::filesystem::path config;  ///< empty: the one shipped with the build
   std::filesystem::path estimator;  ///< as `berth run --estimator`; empty: the build's own
   std::map<std::string, std::string> parameters;
   std::vector<std::uint64_t> fixed;  ///< seeds of every night
   int fresh = 0;                     ///< how many seeds are drawn anew each night
   double may_fail = 0;               ///< share of the runs that fail when all is well
 
-  /// Whether measurements are compared with those of before. In worlds that depart from the files
-  /// a run says more of what it drew than of the build: there the share of failures judges alone,
-  /// and the questions asked in `exact` are as sharp as without them.
+  /// Whether measurements are compared with those of before. In worlds that depart from the files a
+  /// run depends more on what was drawn than on the build: there only the share of failures is
+  /// judged, and the comparisons in `exact` stay as sharp as without such worlds.
   bool is_compared() const { return world.empty() || world == "exact"; }
 };
 
-/// What the measured values are compared with, beside the history.
+/// References of the comparison in addition to the history.
 struct Baseline {
   std::filesystem::path build;   ///< its program or launcher `berth`; empty: none
   std::filesystem::path config;  ///< empty: the one shipped with that build
@@ -54,10 +54,10 @@ struct Plan {
   int jobs = 0;                      ///< runs at a time; 0: one per core
   double time_budget_s = 0;          ///< no run is begun later; 0: no limit
   double run_timeout_s = 600;        ///< of one run
-  std::string notify;                ///< shell command; empty: nobody
+  std::string notify;                ///< shell command; empty: none
   int keep = 20;                     ///< directories of passed runs
   int history_nights = 30;           ///< that fresh seeds are compared with
-  double family_wise_alpha = 0.002;  ///< chance that a night without any change raises an alarm
+  double family_wise_alpha = 0.002;  ///< probability of any false alarm in a night
   evaluation::MinimumEffect minimum_effect;
 };
 
@@ -68,7 +68,7 @@ struct Plan {
 ///     time_budget: 2 h
 ///     baseline: {build: /opt/berth-good/bin/berth}
 ///     archive: {runs: ../archive, config: ../config}
-///     seeds: {fixed: 12, fresh: 6}        # of every procedure that says nothing else
+///     seeds: {fixed: 12, fresh: 6}        # default of every procedure
 ///     procedures:
 ///       - procedure: ../procedures/approach.yaml
 ///         seeds: {fixed: [1, 2, 7], fresh: 4}

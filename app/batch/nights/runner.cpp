@@ -182,7 +182,7 @@ std::vector<RunValue> values_of(const evaluation::ComparedRun& run) {
   for (const evaluation::Phase& phase : run.record.phases()) add_phase(measurer, phase, values);
   for (const criterion_result_t& c : comparison.criteria) {
     if (!std::isfinite(c.value)) continue;
-    // "rms position_error": the statistic goes without saying, the criterion's name tells it apart.
+    // "rms position_error": the statistic is implied, the criterion's name distinguishes it.
     const std::string measurement = c.measurement.substr(c.measurement.rfind(' ') + 1);
     values.push_back({c.phase, measurement, c.name, c.unit, c.value, c.samples});
   }

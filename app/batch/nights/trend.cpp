@@ -44,7 +44,7 @@ report::Chart trend_chart(History& history, const std::vector<Night>& nights,
                                            subject.measurement, subject.statistic)) {
     (v.build == Build::tonight ? tonight : baseline)[v.night].push_back(v.value);
   }
-  // Of ones and zeros the mean says more than the middle one.
+  // Of ones and zeros the mean is more informative than the median.
   const bool is_share = subject.measurement == evaluation::passed_measurement;
   const auto middle_of = [&](const std::vector<double>& values) {
     return is_share ? mean(values) : berth::median(values);

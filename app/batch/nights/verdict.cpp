@@ -35,13 +35,13 @@ std::string name_of(const FlaggedChange& c) {
 
 std::string sentence_of(const FlaggedChange& c) {
   return c.kind + " than the " + c.against + ": " + shown(c.before) + " -> " + shown(c.after) +
-         " " + c.unit + ", " + change_of(c) + ", chance " + p_value_text(c.p);
+         " " + c.unit + ", " + change_of(c) + ", p = " + p_value_text(c.p);
 }
 
 std::string changes_table(const std::vector<FlaggedChange>& changes, std::size_t max_rows) {
   Table table{"lllll",
               {"change", "against", "case", "phase", "measurement", "before", "after", "unit",
-               "change", "chance"}};
+               "change", "p-value"}};
   for (const FlaggedChange& c : changes) {
     if (table.rows.size() == max_rows) break;
     table.rows.push_back({c.kind, c.against, c.case_name, c.phase,
@@ -276,7 +276,7 @@ std::string junit_of(const NightReport& report) {
       test.name = "seed " + std::to_string(run.seed);
       test.time_s = run.wall_s;
       const bool failed = run.failed();
-      // As many failures as the plan allows are told, and fail nothing.
+      // As many failures as the plan allows are reported without failing the night.
       test.result = run.passed()                  ? Result::passed
                     : failed && c.too_many_failed ? Result::failed
                     : failed                      ? Result::skipped

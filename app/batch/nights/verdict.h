@@ -17,21 +17,21 @@ struct CaseResult {
   std::size_t failed = 0;  ///< a criterion or a step: FAIL, INCONCLUSIVE
   std::size_t errors = 0;  ///< ERROR, TIMEOUT, ABORTED
   double may_fail = 0;
-  /// Chance of so many failures, or more, if they come at the rate that the plan allows.
+  /// Probability of so many failures, or more, at the failure rate that the plan allows.
   double p_of_failures = 1;
   bool too_many_failed = false;
   double simulated_s = 0;
   double cpu_s = 0;
 };
 
-/// All that is to be said of a night.
+/// The results of a night and its verdict.
 struct NightReport {
   Night night;
   std::optional<Night> previous;  ///< the night before it
   std::vector<FinishedRun> runs;  ///< of both builds, in the order of the plan's cases
   std::vector<CaseResult> cases;
   ChangeReport changes;
-  ArchiveResult archive;     ///< told; of it a run that cannot be estimated again alone is judged
+  ArchiveResult archive;     ///< reported; judged only where a run cannot be estimated again
   std::size_t left_out = 0;  ///< runs that the time budget left no time for
   std::string notification;  ///< what went wrong with it; empty when nothing did
 
@@ -43,7 +43,7 @@ struct NightReport {
 /// Judges a night: fills in the cases and the night's verdict.
 void judge(const Plan& plan, NightReport& report);
 
-/// P(at least `failed` of `runs` | each fails with this chance).
+/// P(at least `failed` of `runs` | each fails with this probability).
 double binomial_tail(std::size_t failed, std::size_t runs, double probability);
 
 /// "0.00125", "0.00005".

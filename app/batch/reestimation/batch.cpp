@@ -61,7 +61,7 @@ void finish(BatchRun& run, const BatchRequest& request, const RunReport& report,
   } catch (const std::exception& error) {
     run.error = error.what();
     std::error_code ignored;
-    fs::remove_all(run.again, ignored);  // half a run says nothing
+    fs::remove_all(run.again, ignored);  // half a run is of no use
   }
 }
 

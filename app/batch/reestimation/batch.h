@@ -38,9 +38,9 @@ struct Batch {
   bool identical() const;
 };
 
-/// Estimates all runs again. What comes out does not depend on the number of jobs.
-/// Each in a process of its own: the caller's must have a single thread.
-/// @param share_done is told how much of all is done
+/// Estimates all runs again. The result does not depend on the number of jobs. Each runs in a
+/// process of its own: the caller's must have a single thread.
+/// @param share_done receives the share of all that is done
 Batch reestimate(const BatchRequest& request, const ShareDone& share_done);
 
 }  // namespace berth

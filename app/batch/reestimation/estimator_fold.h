@@ -16,8 +16,8 @@
 
 namespace berth {
 
-/// One node's end of a bus on which nobody else is: takes recorded messages in and hands out what
-/// the node says. No thread, no queue: a message is handled when deliver() returns.
+/// One node's end of a bus without other nodes: takes recorded messages in and hands out those that
+/// the node publishes. No thread, no queue: a message is handled when deliver() returns.
 class FoldBus final : public Bus {
  public:
   using Outlet = std::function<void(const std::string& channel, Bytes bytes)>;
@@ -45,8 +45,8 @@ class FoldBus final : public Bus {
 /// The estimator's node alone, fed with recorded messages: the same node as in a cell, on a clock
 /// that shows the time of the log. The same messages give the same estimates, to the bit.
 ///
-/// Scans are as recorded: what the estimator asks for is handed out and obeyed by nobody. It uses
-/// the recorded scans by their numbers, as it would those of a LIDAR that scans what it likes.
+/// Scans are as recorded: the estimator's requests are handed out but obeyed by no device. It uses
+/// the recorded scans by their numbers, as it would those of a LIDAR that ignores requests.
 class EstimatorFold {
  public:
   /// @param start the clock's first time
@@ -60,7 +60,7 @@ class EstimatorFold {
 
   /// Whether this is one of the two inputs.
   static bool is_input(const logs::LogEvent& event);
-  /// Whether an estimator said this: its four channels, and what every node says of itself.
+  /// Whether an estimator published this: on its four channels, or with its node's own state.
   static bool is_output(const logs::LogEvent& event);
 
  private:

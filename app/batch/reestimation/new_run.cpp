@@ -39,7 +39,7 @@ constexpr std::array old_keys = {
     OldKey{"acquisition.views", "", ""},
     OldKey{"tracking.method", "beam", "likelihood"},
     OldKey{"tracking.beam", "", ""},
-    // Beams are always as wide as the scanner says of itself.
+    // Beams always have the width that the scanner's file states.
     OldKey{"likelihood.footprint", "", ""},
     // A constant of the filter.
     OldKey{"target_tracker.se3.iterations", "", ""},
@@ -52,8 +52,8 @@ const OldKey* old_key(const std::string& key, const YamlNode& value) {
   return found == old_keys.end() ? nullptr : found;
 }
 
-/// The estimator.yaml of a run recorded before, with what replaces the keys and methods that are no
-/// more. The same node where it has none of them.
+/// The estimator.yaml of an earlier run, with replacements for removed keys and methods. The same
+/// node where it has none of them.
 /// @param prefix of the map's keys in the file
 YamlNode with_present_keys(const YamlNode& map, const std::string& prefix = "") {
   YamlNode result(YamlNode::Kind::map);
@@ -86,7 +86,7 @@ run_info_t run_info_of(const fs::path& log) {
     if (const auto info = logs::decode<run_info_t>(event, channels::run_info)) return *info;
   }
   throw InputError(log.string() + ": holds no RUN_INFO, and its run directory is not there: " +
-                   "nobody knows the target and the configuration");
+                   "target and configuration are unknown");
 }
 
 std::string run_yaml(const run_info_t& info, const fs::path& directory) {
@@ -143,7 +143,7 @@ void take_configuration(const fs::path& config, const fs::path& own) {
   if (fs::is_directory(config / "lidars")) copy_writable(config / "lidars", own / "lidars");
 }
 
-/// Puts one value into estimator.yaml; whether the key is known is told when the file is read.
+/// Puts one value into estimator.yaml; an unknown key is reported when the file is read.
 void set_value(YamlNode node, const std::string& assignment) {
   const auto equals = assignment.find('=');
   if (equals == std::string::npos || equals == 0) {

@@ -9,7 +9,7 @@
 
 namespace berth {
 
-/// What is to be other than in the recorded run.
+/// The changes against the recorded run.
 struct EstimatorChanges {
   /// An estimator.yaml, or a configuration directory whose estimator.yaml and lidars/ are taken;
   /// empty: as recorded.
@@ -20,10 +20,10 @@ struct EstimatorChanges {
 };
 
 /// Makes `directory`, a run directory like the recorded one in all but the log, with the changes
-/// made in its configuration. What an earlier version wrote into its estimator.yaml is read as what
-/// replaces it; a file of `changes` is not. Of a log without its directory: from what
-/// RUN_INFO holds.
-/// @throws InputError for what is wrong in the input, or missing.
+/// made in its configuration. Keys that an earlier version wrote into its estimator.yaml are read
+/// as their replacements; those of a file of `changes` are not. Of a log without its directory:
+/// from the files in RUN_INFO.
+/// @throws InputError for wrong or missing input.
 RunFiles make_new_run(const std::filesystem::path& run_or_log, const EstimatorChanges& changes,
                       const std::filesystem::path& directory);
 

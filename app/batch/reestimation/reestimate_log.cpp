@@ -35,7 +35,7 @@ Buffer encode(const Message& message) {
   return bytes;
 }
 
-/// The middle one of the times from a packet to the estimate that came next, over the first few.
+/// Median time from a packet to the next estimate, over the first few.
 Utime usual_delay(const std::filesystem::path& log) {
   constexpr std::size_t enough = 51;
   logs::LogReader reader(log);
@@ -102,8 +102,8 @@ Buffer with_configuration(const logs::LogEvent& event, const RunFiles& run) {
 bool is_verdict_basis(const logs::LogEvent& event) {
   if (event.channel == channels::verdict_basis) return true;
   if (event.channel != channels::event) return false;
-  const auto said = logs::decode<event_t>(event.data);
-  return said && said->code == evaluation::judged_event_code;
+  const auto decoded = logs::decode<event_t>(event.data);
+  return decoded && decoded->code == evaluation::judged_event_code;
 }
 
 /// Writes the new log: recorded messages and new ones, each at its time.
@@ -111,36 +111,36 @@ class NewLog {
  public:
   NewLog(const std::filesystem::path& path, Utime delay) : writer_(path), delay_(delay) {}
 
-  void said(Utime now, const std::string& channel, Bytes bytes) {
+  void published(Utime now, const std::string& channel, Bytes bytes) {
     waiting_.push_back({now + delay_, channel, {bytes.begin(), bytes.end()}});
   }
   void write_recorded(const logs::LogEvent& event, Bytes bytes) {
-    write_said_before(event.utime);
+    write_published_before(event.utime);
     writer_.write(event.utime, std::string(event.channel), bytes);
   }
   void finish() {
-    write_said_before(std::numeric_limits<Utime>::max());
+    write_published_before(std::numeric_limits<Utime>::max());
     writer_.flush();
   }
 
  private:
-  struct Said {
+  struct Published {
     Utime utime;
     std::string channel;
     Buffer bytes;
   };
 
-  void write_said_before(Utime utime) {
+  void write_published_before(Utime utime) {
     while (!waiting_.empty() && waiting_.front().utime <= utime) {
-      const Said& said = waiting_.front();
-      writer_.write(said.utime, said.channel, said.bytes);
+      const Published& message = waiting_.front();
+      writer_.write(message.utime, message.channel, message.bytes);
       waiting_.pop_front();
     }
   }
 
   logs::LogWriter writer_;
   Utime delay_;
-  std::deque<Said> waiting_;  // in order of time: the delay is the same for all
+  std::deque<Published> waiting_;  // in order of time: the delay is the same for all
 };
 
 }  // namespace
@@ -157,7 +157,7 @@ Reestimation reestimate_log(const std::filesystem::path& log, const RunFiles& ne
       ++result.estimates;
       same.computed(bytes);
     }
-    written.said(now, channel, bytes);
+    written.published(now, channel, bytes);
   };
 
   logs::LogReader reader(log);

@@ -23,13 +23,13 @@ struct Reestimation {
   bool identical() const { return same == recorded; }
 };
 
-/// Is told how much of the old log is done, 0 to 1.
+/// Receives the share of the old log that is done, 0 to 1.
 using ShareDone = std::function<void(double)>;
 
 /// Folds the estimator of new_run over the scans and commands of a log and writes new_run's log:
-/// the old log with all that an estimator said in it replaced. What the new one says comes as long
-/// after its input as the recorded estimates did (in the middle), so the new log, too, depends on
-/// nothing but the old one and the configuration. RUN_INFO holds the new configuration.
+/// the old log with all messages of an estimator replaced. New messages follow their input by the
+/// median delay of the recorded estimates, so the new log, too, depends on nothing but the old one
+/// and the configuration. RUN_INFO holds the new configuration.
 /// @throws InputError when the log cannot be read or the configuration is wrong.
 Reestimation reestimate_log(const std::filesystem::path& log, const RunFiles& new_run,
                             const ShareDone& share_done = {});

@@ -91,7 +91,7 @@ void add_check(CLI::App& log, int& exit_code) {
   auto ignore_gaps = std::make_shared<bool>(false);
   auto json = std::make_shared<bool>(false);
   command->add_flag("--ignore-gaps", *ignore_gaps,
-                    "Missing messages are told, but no fault: of a repaired log");
+                    "Missing messages are reported, but no fault: for a repaired log");
   command->add_flag("--json", *json, "JSON instead of lines");
   command->callback(
       [=, &exit_code] { exit_code = check(log_of_run(*file), *types, !*ignore_gaps, *json); });
@@ -99,7 +99,7 @@ void add_check(CLI::App& log, int& exit_code) {
 
 void add_repair(CLI::App& log, int& exit_code) {
   auto* command = log.add_subcommand(
-      "repair", "Write what is good of a damaged log into a new one, and say what was left out");
+      "repair", "Write what is good of a damaged log into a new one, and report what was left out");
   auto in = add_log_argument(*command, "in");
   auto out = std::make_shared<std::filesystem::path>();
   command->add_option("out", *out, "New log; must not be there yet")->required();

@@ -29,9 +29,9 @@ void CellClient::receive(const char* channel) {
   });
 }
 
-Commander CellClient::commander(const std::string& who) const {
+Commander CellClient::commander(const std::string& operator_name) const {
   // The testbed numbers each commander's orders: a later one goes on above the earlier.
-  return {who, session_, loop_.now()};
+  return {operator_name, session_, loop_.now()};
 }
 
 void CellClient::on(const testbed_state_t& state) {
@@ -83,11 +83,12 @@ void CellClient::tick() {
   }
 }
 
-void CellClient::take(const std::string& who) {
-  if (taken_for_ == who) return;
+void CellClient::take(const std::string& operator_name) {
+  if (taken_for_ == operator_name) return;
   give_back();
-  taken_for_ = who;
-  links_ = std::make_unique<Links>(Links{{actions(), commander(who)}, {actions(), commander(who)}});
+  taken_for_ = operator_name;
+  links_ = std::make_unique<Links>(
+      Links{{actions(), commander(operator_name)}, {actions(), commander(operator_name)}});
   if (facility_) links_->facility.on(*facility_);
   links_->testbed.take_lease(loop_.now());
 }
@@ -98,9 +99,9 @@ void CellClient::give_back() {
   taken_for_.clear();
 }
 
-void CellClient::hold(const std::string& who, Done done) {
+void CellClient::hold(const std::string& operator_name, Done done) {
   wait(hold_waiting_, std::move(done));
-  hold_.emplace(actions(), commander(who));
+  hold_.emplace(actions(), commander(operator_name));
   hold_->order(testbed_command2_t::HOLD, loop_.now());
 }
 

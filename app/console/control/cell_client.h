@@ -14,7 +14,7 @@
 namespace berth::console {
 
 /// Commands to a cell in which no procedure runs, by the testbed's lease: for one operator at a
-/// time. Whoever else commands the testbed keeps it.
+/// time. Another holder of the lease keeps it.
 class CellClient final : private procedures::Actions {
  public:
   /// accepted, refused or unanswered, with the reason; called once, later.
@@ -27,17 +27,17 @@ class CellClient final : private procedures::Actions {
   void tick();
 
   /// Requests the lease, and keeps it until it is given back.
-  void take(const std::string& who);
+  void take(const std::string& operator_name);
   void give_back();
-  /// Whose lease is requested or held; empty: nobody's.
+  /// Operator for whom the lease is requested or held; empty: none.
   const std::string& taken_for() const { return taken_for_; }
   bool has_lease() const { return links_ && links_->testbed.has_lease(); }
-  /// Who commands the testbed, as it reports.
+  /// The testbed's commander, as it reports.
   std::string lease_holder() const { return testbed_ ? testbed_->lease_holder : ""; }
 
   /// Brings what moves to rest; needs no lease. Repeated until the testbed answers, also after
   /// done is called with that it has not within 2 s.
-  void hold(const std::string& who, Done done);
+  void hold(const std::string& operator_name, Done done);
   /// The next two need the lease.
   void set_speed(double override, Done done);
   /// @throws InputError for words that are none of lamps, or when the facility does not answer.
@@ -63,7 +63,7 @@ class CellClient final : private procedures::Actions {
   void wait(Waiting& waiting, Done done);
   static void end(Waiting& waiting, CommandStatus status, const std::string& reason = "");
   procedures::Actions& actions() { return *this; }
-  Commander commander(const std::string& who) const;
+  Commander commander(const std::string& operator_name) const;
   void send(const testbed_command2_t& command) override;
   void send(const estimator_command_t&) override {}
   void send(const facility_command_t& command) override;

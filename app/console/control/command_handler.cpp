@@ -88,7 +88,7 @@ std::string CommandHandler::reason_to_refuse(const Command& command, const Verb&
   return control.holder.empty() ? "take control first" : control.holder + " has control";
 }
 
-/// Of the procedure, for a person who is to say yes.
+/// The procedure under way, for the person who is to confirm.
 std::string CommandHandler::what_goes_on() const {
   const auto& state = procedure_.state();
   const auto& testbed = cell_.testbed();
@@ -127,7 +127,7 @@ std::string CommandHandler::hazard(const Command& command) const {
     const double now = cell_.testbed()->speed_override;
     if (requested > now + same) {
       return "the arms become faster: from " + fixed(100 * now, 0) + " % to " +
-             fixed(100 * requested, 0) + " % of the speed that the procedure asks for";
+             fixed(100 * requested, 0) + " % of the speed that the procedure requests";
     }
   }
   return {};
@@ -219,7 +219,7 @@ void CommandHandler::run(const Command& command) {
   RunOrder order;
   order.procedure = text_in(command, "procedure");
   order.parameters = parameters_in(command);
-  order.who = name_of(command.viewer);
+  order.operator_name = name_of(command.viewer);
   const std::string why = host_.run(order);
   if (!why.empty()) return refuse(command, why);
   answer(command, true, "it is checked, and then it starts");
@@ -236,7 +236,7 @@ namespace {
 constexpr Utime request_again = second;
 constexpr Utime time_for_lease = 3 * second;
 
-/// Puts a viewer in the place of whoever had it.
+/// Gives the lease to a viewer, in place of its former holder.
 void hand_over(Lease& lease, const std::string& viewer, Utime now) {
   if (!lease.held_by(viewer, now)) lease.release(lease.holder(), now);
   lease.take(viewer, now);
@@ -319,8 +319,8 @@ void CommandHandler::tick() {
   }
 }
 
-/// The engine needs the testbed's lease, and knows itself when its operator is lost. Whoever had
-/// control of the cell has that of the procedure that begins.
+/// The engine needs the testbed's lease, and notices the loss of its operator itself. The holder of
+/// the cell's control has that of the procedure that begins.
 void CommandHandler::follow_engine() {
   const Utime now = loop_.now();
   cell_.give_back();

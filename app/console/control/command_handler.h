@@ -16,16 +16,16 @@ namespace berth::console {
 struct RunOrder {
   std::string procedure;                          ///< as in the section `procedures`
   std::map<std::string, std::string> parameters;  ///< what differs from the procedure's own
-  std::string who;                                ///< requests it
+  std::string operator_name;                      ///< of the requester
 };
 
-/// What the handler needs of others.
+/// Services that the handler needs.
 struct CommandHandlerHost {
   /// To one viewer.
   std::function<void(const std::string& viewer, const Answer& answer)> answer;
   /// For the log: severity, code, text.
   std::function<void(std::int8_t severity, const std::string& code, const std::string& text)> event;
-  /// Starts a run; @return why not, or nothing. What comes of it is seen on the bus.
+  /// Starts a run; @return the reason why not, or nothing. Its progress is seen on the bus.
   std::function<std::string(const RunOrder& order)> run;
 };
 
@@ -36,10 +36,10 @@ struct CommandHandlerOptions {
 };
 
 /// Turns the requests of pages into commands on the bus, the same that terminals send. Only the
-/// viewer that has control is obeyed, but a hold is, whoever requests it. What makes arms move or
-/// takes control from somebody is requested twice. Control is kept only by the page that has it: a
-/// page that is closed, or stands still, loses it. Where no procedure runs, control is the
-/// testbed's lease.
+/// viewer that has control is obeyed, except that a hold is obeyed from every viewer. A command
+/// that makes arms move, or takes control from its holder, is requested twice. Control is kept only
+/// by the page that has it: a page that is closed, or stands still, loses it. Where no procedure
+/// runs, control is the testbed's lease.
 class CommandHandler {
  public:
   CommandHandler(Bus& bus, Loop& loop, CommandHandlerOptions options, CommandHandlerHost host);
@@ -49,10 +49,10 @@ class CommandHandler {
   /// At 20 Hz.
   void tick();
 
-  /// Who has control.
+  /// The holder of control.
   struct Control {
-    std::string holder;  ///< as the cell knows him; empty: nobody
-    std::string viewer;  ///< where he is a viewer of this console
+    std::string holder;  ///< as the cell names it; empty: none
+    std::string viewer;  ///< where it is a viewer of this console
     Utime utime_expires = 0;
     bool holds_when_lost = false;
     bool operator==(const Control&) const = default;
@@ -66,7 +66,7 @@ class CommandHandler {
   std::string name_of(const std::string& viewer) const { return options_.name + " " + viewer; }
   /// Why this viewer is not obeyed; empty: it is.
   std::string reason_to_refuse(const Command& command, const Verb& verb) const;
-  /// What would happen, where that is to be requested twice; empty: nothing that needs it.
+  /// The consequence, where a command is to be requested twice; empty: none.
   std::string hazard(const Command& command) const;
   std::string what_goes_on() const;
 

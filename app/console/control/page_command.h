@@ -9,7 +9,7 @@
 
 namespace berth::console {
 
-/// What a page's command says. All throw InputError naming command, argument, what was found and
+/// Arguments of a page's command. All throw InputError naming command, argument, what was found and
 /// what was expected.
 
 /// Empty when it is not there.

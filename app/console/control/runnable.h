@@ -12,7 +12,7 @@ struct Runnable {
   struct Parameter {
     std::string name;
     std::string value;        ///< its own, as it stands there: "20 mm/s"
-    std::string description;  ///< the comment beside it
+    std::string description;  ///< the comment on it
   };
   std::string file;  ///< below the directory of procedures: "library/sun_sweep.yaml"
   std::string title;
@@ -21,7 +21,7 @@ struct Runnable {
 };
 
 /// All procedures below a directory, sorted by file; those that are not read are left out: berth
-/// check says what is wrong with them.
+/// check reports what is wrong with them.
 std::vector<Runnable> runnables(const std::filesystem::path& directory);
 
 /// The section `procedures`.

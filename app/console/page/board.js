@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The board: what the server has told so far, section by section, and who draws which section.
+// The board: the latest content from the server, section by section, and the views that draw it.
 
 // Lists that grow are cut at their old end, so that a page left open for a week stays small.
 const kept = {
@@ -39,7 +39,7 @@ export class Board {
     for (const name of Object.keys(this.sections)) this.changed.add(name);
     this.sections = {};
     this.revision = 0;
-    this.ask();
+    this.requestDraw();
   }
 
   /// Takes in one `board` message.
@@ -50,7 +50,7 @@ export class Board {
     this.revision = message.revision ?? this.revision;
     if (message.utime) this.utime = message.utime;
     this.heardAt = performance.now();
-    this.ask();
+    this.requestDraw();
   }
 
   put(name, value) {
@@ -85,10 +85,10 @@ export class Board {
 
   touch(name) {
     this.changed.add(name);
-    this.ask();
+    this.requestDraw();
   }
 
-  ask() {
+  requestDraw() {
     if (this.drawing) return;
     this.drawing = true;
     requestAnimationFrame(() => this.draw());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every channel's rate, bandwidth and gaps, for those who unfold them.
+// Every channel's rate, bandwidth and gaps, in a list that can be unfolded.
 import {$, keepList, make, setData, setText} from './dom.js';
 import {bytesPerSecond, fixed} from './format.js';
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Sending a command: what is hazardous asks twice, by the word the server gives; answers are shown.
+// Sending a command: a hazardous one is confirmed with the word from the server; answers are shown.
 import {askConfirm} from './dialogs.js';
 import {$, setData, setText} from './dom.js';
 

@@ -20,7 +20,7 @@ export class Connection {
   }
 
   open() {
-    // Beside the page, which a proxy may serve at a path of its own.
+    // Next to the page, which a proxy may serve at a path of its own.
     const live = new URL('live' + location.search, location.href);
     live.protocol = location.protocol === 'https:' ? 'wss:' : 'ws:';
     this.openedAt = performance.now();
@@ -63,7 +63,7 @@ export class Connection {
     const silent = this.silentFor();
     const isOpen = this.socket.readyState === WebSocket.OPEN;
     if (isOpen && this.everHeard && silent > staleAfter) this.become('stale');
-    // A peer that went without a word: begin anew rather than wait for TCP to notice.
+    // A peer that went without notice: begin anew rather than wait for TCP to notice.
     if (silent > 20000 && performance.now() - this.openedAt > 20000 &&
         this.socket.readyState <= WebSocket.OPEN)
       this.socket.close();

@@ -6,7 +6,7 @@ import {setSign} from './signs.js';
 import {toneOf} from './tones.js';
 import {spaced, word} from './words.js';
 
-/// The stretch of the measurement that the bar shows, and what of it is allowed.
+/// The range of the measurement that the bar shows, and the allowed part of it.
 function scaleOf({lower_limit: lower, upper_limit: upper, value}) {
   const hasLower = known(lower), hasUpper = known(upper);
   if (!hasLower && !hasUpper) return null;

@@ -47,7 +47,7 @@ export function askReason(title, label, standard = '') {
   });
 }
 
-/// A promise of true when the operator says yes within `seconds`.
+/// A promise of true when the operator confirms within `seconds`.
 export function askConfirm(title, text, yes, seconds = 10) {
   const dialog = $('confirm-dialog');
   setText($('confirm-title'), title);

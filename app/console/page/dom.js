@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the parts of the page need of the document.
+// Functions of the document that the parts of the page share.
 
 export const $ = (id) => document.getElementById(id);
 
@@ -23,7 +23,7 @@ export function setData(element, key, value) {
 }
 
 /// Keeps the children of `list` one per item, made once by `create(item)` and brought up to date
-/// by `update(element, item, index)`; `keyOf` tells items apart.
+/// by `update(element, item, index)`; `keyOf` distinguishes items.
 export function keepList(list, items, keyOf, create, update) {
   const known = new Map(Array.from(list.children, (child) => [child.dataset.key, child]));
   let place = list.firstElementChild;

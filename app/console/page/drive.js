@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The drive bar: who holds the control, and what may be asked of the procedure now.
+// The drive bar: the holder of control, and the commands that the procedure accepts now.
 import {notice, send} from './commands.js';
 import {askReason} from './dialogs.js';
 import {$, setData, setText} from './dom.js';
@@ -9,7 +9,7 @@ import {openRun} from './run_dialog.js';
 
 const active = ['preparing', 'running', 'held', 'prompting', 'teardown'];
 
-/// In which states of the procedure a command makes sense, and what to say when not.
+/// States of the procedure in which a command makes sense, and the message in all others.
 const when = {
   resume: [['held'], 'nothing is held'],
   step: [['held', 'running'], 'nothing is held'],
@@ -45,7 +45,7 @@ export class Drive {
     if (id === 'run' && active.includes(state)) return 'a procedure runs';
     if (id === 'run' && !this.board.list('procedures').length)
       return 'the server offers no procedures';
-    // Holding is asked for at once, whoever holds the control: the server has the last word.
+    // A hold is requested at once, whichever viewer holds the control: the server decides.
     if (id === 'hold' || id === 'take-control') return '';
     return this.mine ? '' : this.holder ? `${this.holder} holds the control` : 'take control first';
   }
@@ -63,7 +63,7 @@ export class Drive {
     if (lost)
       notice(
           `You no longer hold the control: ${
-              this.holder ? `${this.holder} has taken it` : 'this page was not heard in time'}`,
+              this.holder ? `${this.holder} has taken it` : 'no sign of life of this page'}`,
           false);
     if (this.mine && !this.wasMine) this.released = false;
     this.wasMine = this.mine;
@@ -92,7 +92,7 @@ export class Drive {
 
   bind() {
     const act = {
-      hold: () => this.send('hold', {reason: 'asked for at the console'}, 'Hold'),
+      hold: () => this.send('hold', {reason: 'requested at the console'}, 'Hold'),
       resume: () => this.send('resume', {}, 'Resume'),
       step: () => this.send('step', {}, 'Step'),
       retry: () => this.send('retry', {}, 'Retry'),
@@ -133,7 +133,7 @@ export class Drive {
     });
   }
 
-  /// A button or its key: what cannot be done says why.
+  /// A button or its key: a command that cannot be used shows the reason.
   use(id, action = this.act[id]) {
     const why = this.obstacle(id);
     if (!why) return action();

@@ -64,12 +64,12 @@ export function startKeys(parts) {
     const dialog = document.querySelector('dialog[open]');
     if (event.key === 'Escape') return dialog ? closeDialog(dialog) : target.blur();
     if (typing) return undefined;
-    // Beside an open dialog only HOLD is heard, and what closes the help.
+    // While a dialog is open only HOLD works, and the keys that close the help.
     if (dialog && event.key.toLowerCase() !== 'h' && event.key !== '?') return undefined;
     // Space and Enter work the button that has the focus; arrows the slider.
     if (event.key === ' ' && target.matches('button')) return undefined;
     if (event.key.startsWith('Arrow') && target.matches('input')) return undefined;
-    // A key that is kept down asks once, but may go on seeking.
+    // A key that is kept down sends one command, but may go on seeking.
     if (event.repeat && !event.key.startsWith('Arrow')) return undefined;
     const found = keysNow().find(
         ([key]) => key === event.key || (key.length === 1 && key === event.key.toLowerCase()));

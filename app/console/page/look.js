@@ -6,7 +6,7 @@ import {pathsOf, setSign} from './signs.js';
 import {toneOf} from './tones.js';
 import {spaced, word} from './words.js';
 
-const currentFor = 3;  // s: then an estimate says nothing about now
+const currentFor = 3;  // s: an older estimate is not current
 const outcomeWords = {
   pass: 'PASS',
   fail: 'FAIL',
@@ -33,7 +33,7 @@ function drawState(board, connection) {
       live ? (safe.word ? spaced(safe.word) : 'No cell') : titles[connection.state]);
   setText(
       $('state-why'),
-      live ? safe.why || (safe.word ? '' : 'nothing is heard on the bus') :
+      live ? safe.why || (safe.word ? '' : 'no message on the bus') :
              'what is shown is old; the cell goes on without this page');
 }
 
@@ -63,7 +63,8 @@ function drawRunning(board) {
   const second = board.get('run2');
   const about =
       [run.host, run.target, run.layout, run.seed === undefined ? '' : `seed ${run.seed}`];
-  const recorded = [run.directory || run.run, second && `beside ${second.directory || second.run}`];
+  const recorded =
+      [run.directory || run.run, second && `compared with ${second.directory || second.run}`];
   setText($('run-about'), inReplay ? `Replay of ${recorded.filter(Boolean).join(' ')}` : [
     'Running', ...about
   ].filter(Boolean).join(' \u00b7 '));
@@ -136,7 +137,7 @@ function drawEstimate(board) {
   setText($('estimate-second'), second || '');
 }
 
-/// The tab's title and sign: what is seen while another page is in front.
+/// The tab's title and sign, seen while another page is in front.
 function drawTab(board) {
   const state = $('state').dataset.state;
   const title = `${$('state-word').textContent.toUpperCase()} \u2013 ${

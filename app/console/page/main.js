@@ -34,7 +34,7 @@ const connection = new Connection({
     // A server of another version has another page.
     if (me.version && message.version !== me.version) location.reload();
     board.paced = message.mode !== 'replay';  // a replay has a pace of its own
-    board.clear();                            // what it does not tell again is no more
+    board.clear();                            // sections that it does not send again are gone
     Object.assign(me, message);
     document.body.dataset.mode = me.mode;
     $('replay-bar').hidden = me.mode !== 'replay';
@@ -69,8 +69,8 @@ startKeys({drive, replay, scene, plots, me});
 setInterval(() => {
   if (!document.hidden) board.touch('tick');
 }, 200);
-// Whoever holds the control says so, as long as this page works: the tick comes from a worker, the
-// answer from here.
+// The holder of control sends a sign of life as long as this page works: the tick comes from a
+// worker, the answer from here.
 new Worker('heartbeat.js').onmessage = () => {
   if (drive.mine) connection.command('keep_control');
 };

@@ -8,7 +8,7 @@ import {word} from './words.js';
 
 const silentAfter = 3;  // s: nodes speak once a second
 
-/// What is wrong with a node beyond its own word, for its second line.
+/// A fault of a node beyond the state that it reports, for its second line.
 function troubleOf(node, state) {
   const parts = [];
   if (node.age_s > silentAfter) parts.push(`silent for ${age(node.age_s)}`);
@@ -64,14 +64,14 @@ export function startNodes(board) {
       list);
   board.view(['nodes'], () => {
     const nodes = board.list('nodes');
-    // Who is not well comes first; the others keep their places.
+    // Faulty nodes come first; the others keep their places.
     const ordered = [...nodes].sort((a, b) => isBad(b) - isBad(a));
     keepList(list, ordered, (node) => node.node, create, update);
     const bad = nodes.filter(isBad).length;
     const place = $('nodes-count');
     setText(
         place,
-        !nodes.length ? 'none heard' :
+        !nodes.length ? 'no nodes' :
             bad       ? `${bad} of ${nodes.length} not well` :
                         `all ${nodes.length} well`);
     setData(place, 'tone', bad ? 'bad' : nodes.length ? 'good' : 'none');

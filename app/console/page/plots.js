@@ -187,7 +187,7 @@ class Plots {
       setText(value, sample ? fixed(kind.valueOf(sample), kind.decimals) : '');
   }
 
-  ask() {
+  requestDraw() {
     if (this.timer) return;
     const wait =
         Math.max(0, this.drawnAt + Math.max(redrawEvery, 5 * this.cost) - performance.now());
@@ -252,8 +252,9 @@ class Plots {
 /// `seek(time_s)` is called when a plot is clicked. Returns {switchMode()}.
 export function startPlots(board, seek) {
   const plots = new Plots(board, seek);
-  board.view(['samples', 'samples2', 'run'], () => plots.ask());
+  board.view(['samples', 'samples2', 'run'], () => plots.requestDraw());
   board.view(['samples2'], () => plots.drawLegend());
-  board.view(['replay'], () => (plots.span && !plots.window ? plots.ask() : plots.showNow()));
+  board.view(
+      ['replay'], () => (plots.span && !plots.window ? plots.requestDraw() : plots.showNow()));
   return plots;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the procedure asks the operator, with its choices and the time that is left.
+// The procedure's prompt to the operator, with its choices and the time that is left.
 import {send} from './commands.js';
 import {$, make, setData, setText} from './dom.js';
 import {duration} from './format.js';
@@ -11,7 +11,7 @@ export function startPrompt(board, connection, drive) {
     if (drive.mine)
       send(connection, 'answer', {prompt_id: id, text}, `Answer ${text}`);
     else
-      drive.use('release-control');  // says who holds the control
+      drive.use('release-control');  // shows the holder of control
   };
   $('prompt-form').addEventListener('submit', (event) => {
     event.preventDefault();
@@ -19,9 +19,9 @@ export function startPrompt(board, connection, drive) {
   });
   board.view(['procedure', 'tick', 'control'], () => {
     const procedure = board.get('procedure') || {};
-    const asked = procedureWords(procedure).state === 'prompting' && procedure.prompt_id;
-    $('prompt').hidden = !asked;
-    if (!asked) {
+    const prompting = procedureWords(procedure).state === 'prompting' && procedure.prompt_id;
+    $('prompt').hidden = !prompting;
+    if (!prompting) {
       setData($('prompt'), 'promptId', '');
       return;
     }

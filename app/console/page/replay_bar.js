@@ -24,7 +24,7 @@ export class ReplayBar {
     $('replay-forward').addEventListener('click', () => this.forward());
     $('replay-back').addEventListener('click', () => this.back());
     $('replay-loop').addEventListener('click', () => this.toggleLoop());
-    $('replay-rate').addEventListener('change', () => this.ask('rate', {
+    $('replay-rate').addEventListener('change', () => this.request('rate', {
       factor: Number($('replay-rate').value)
     }));
     const slider = $('replay-slider');
@@ -49,22 +49,22 @@ export class ReplayBar {
     return this.state.length_s || (this.board.get('run') || {}).length_s || 1;
   }
 
-  async ask(name, parameters = {}) {
+  async request(name, parameters = {}) {
     const answer = await this.connection.command(name, parameters);
     if (!answer.accepted) send(this.connection, name, parameters);
   }
 
   seek(seconds) {
-    this.ask('seek', {position_s: Math.min(this.length, Math.max(0, seconds))});
+    this.request('seek', {position_s: Math.min(this.length, Math.max(0, seconds))});
   }
   toggle() {
-    this.ask(this.state.paused ? 'play' : 'pause');
+    this.request(this.state.paused ? 'play' : 'pause');
   }
   toggleLoop() {
-    this.ask('loop', {on: !this.state.loop});
+    this.request('loop', {on: !this.state.loop});
   }
   forward() {
-    this.ask('step', {channel: 'POSE_ESTIMATE'});
+    this.request('step', {channel: 'POSE_ESTIMATE'});
   }
   skip(seconds) {
     this.seek(this.state.position_s + seconds);
@@ -84,10 +84,10 @@ export class ReplayBar {
             (Math.abs(rate - this.state.rate) < Math.abs(rates[best] - this.state.rate) ? index :
                                                                                           best),
         0);
-    this.ask('rate', {factor: rates[Math.min(rates.length - 1, Math.max(0, nearest + by))]});
+    this.request('rate', {factor: rates[Math.min(rates.length - 1, Math.max(0, nearest + by))]});
   }
 
-  /// Where one drags to is shown at once, and asked for at most ten times a second.
+  /// The position dragged to is shown at once, and requested at most ten times a second.
   drag(seconds) {
     this.dragging = true;
     setText($('replay-time'), `${position(seconds)} / ${position(this.length)}`);

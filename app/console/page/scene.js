@@ -37,7 +37,7 @@ class Scene {
     this.grid = null;
     this.world.add(this.nearest);
     this.withInset = true;
-    this.asked = false;
+    this.requested = false;
     this.notBefore = 0;
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     onTheme(() => this.paint());
@@ -83,14 +83,13 @@ class Scene {
     this.render();  // at once: a canvas of another size is empty
   }
 
-  /// The inset stands before the right end of the picture: what matters moves to the left by some
-  /// of it.
+  /// The inset covers the right end of the picture: the subject moves to the left by part of it.
   makeRoom(width, height) {
     const shift = this.withInset && width > 380 ? 0.4 * this.inset.width : 0;
     this.cameras.free.setViewOffset(width, height, shift, 0, width, height);
   }
 
-  /// What a picture of the whole should hold: sensor and replica with their surroundings.
+  /// The subject of a picture of the whole: sensor and replica with their surroundings.
   subject() {
     const frames = this.board.get('frames') || {};
     const {sensor} = frames;
@@ -165,15 +164,15 @@ class Scene {
     this.resize();
   }
 
-  /// Asks for a picture. Where one takes long, or the screen falls behind, they are made less
+  /// Requests a picture. Where one takes long, or the screen falls behind, they are made less
   /// often: commands must get through.
   invalidate() {
-    if (this.asked) return;
-    this.asked = true;
+    if (this.requested) return;
+    this.requested = true;
     const draw = () => {
       const askedAt = performance.now();
       requestAnimationFrame(() => {
-        this.asked = false;
+        this.requested = false;
         const begin = performance.now();
         this.render();
         const end = performance.now();
@@ -206,7 +205,7 @@ class Scene {
     renderer.setScissor(left, 8, this.inset.width, this.inset.height);
     renderer.setScissorTest(true);
     renderer.clear();
-    this.sensor.view.visible = false;  // the rim of what it sees says nothing here
+    this.sensor.view.visible = false;  // the rim of its own field of view is of no use here
     renderer.render(this.world, cameras.eye);
     this.sensor.view.visible = true;
   }

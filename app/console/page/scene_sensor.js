@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the LIDAR sees and looks at, in the sensor frame: field of view, scan windows, returns; and
-// where the estimate says the replica is, with its uncertainty.
+// The LIDAR's field of view, scan windows and returns, in the sensor frame; and the replica's
+// estimated position with its uncertainty.
 import * as THREE from './lib/three/build/three.module.js';
 
 /// Azimuth to the right (+x), elevation up (-y), along the boresight +z.
@@ -138,12 +138,12 @@ export class SensorView {
         ellipsoid ? ellipsoid.radii_m : estimate && estimate.sigma && estimate.sigma.slice(0, 3);
     this.ellipsoid.visible = Boolean(radii && estimate.pose && radii.every(Number.isFinite));
     if (!this.ellipsoid.visible) return;
-    const wanted = 0.045 * distance / (3 * Math.max(...radii, 1e-9));
-    const decade = 10 ** Math.floor(Math.log10(Math.max(wanted, 1)));
-    this.magnified = wanted <= 1 ? 1 :
+    const factor = 0.045 * distance / (3 * Math.max(...radii, 1e-9));
+    const decade = 10 ** Math.floor(Math.log10(Math.max(factor, 1)));
+    this.magnified = factor <= 1 ? 1 :
                                    decade *
-            (wanted / decade >= 5     ? 5 :
-                 wanted / decade >= 2 ? 2 :
+            (factor / decade >= 5     ? 5 :
+                 factor / decade >= 2 ? 2 :
                                         1);
     this.ellipsoid.position.set(...estimate.pose.slice(0, 3));
     const q = (ellipsoid && ellipsoid.q) || [1, 0, 0, 0];

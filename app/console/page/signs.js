@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The shapes that say a state without its colour.
+// Shapes that show a state without its colour.
 
 const line = (d, width = 2.4) =>
     ({d, fill: 'none', stroke: 'currentColor', 'stroke-width': width, 'stroke-linejoin': 'round'});

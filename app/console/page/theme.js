@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Light or dark: as the system says, until somebody chooses here.
+// Light or dark: the system's choice, until one is made here.
 
 const wish = matchMedia('(prefers-color-scheme: dark)');
 const listeners = [];

@@ -14,7 +14,7 @@
 namespace berth::console {
 namespace {
 
-/// What of a second run is shown, under names of its own.
+/// The sections of a second run, under names of its own.
 class ReferenceSink : public Sink {
  public:
   explicit ReferenceSink(Sink& sink) : sink_(sink) {}
@@ -215,7 +215,7 @@ class ReplaySource::Impl {
                                  {"ahead_s", second_ ? rounded(seconds(ahead_), 1e-3) : Json()}}));
   }
 
-  /// Who steps or jumps wants to see all of it at once.
+  /// After a step or jump all sections are published at once.
   void publish(CellView& view, Utime now) {
     if (is_new_) {
       view.flush(now);

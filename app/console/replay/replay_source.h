@@ -14,8 +14,9 @@
 
 namespace berth::console {
 
-/// A recorded run in the console, and a second one beside it: plays their logs into the board's
-/// sections (PROTOCOL.md, `replay`). Knows no clock: wall times are those of any clock in us.
+/// A recorded run in the console, alone or compared with a second one: plays their logs into the
+/// board's sections (PROTOCOL.md, `replay`). Knows no clock: wall times are those of any clock in
+/// us.
 ///
 ///     loop.every(20 * millisecond, [&] { replay.run(loop.now()); });
 ///     answer.text = replay.obey(command.name, command.arguments, loop.now());
@@ -29,7 +30,7 @@ class ReplaySource {
 
   /// Reads the logs once; writes what does not change and the samples of the whole runs; stands at
   /// the start and plays. types and sink must outlive it.
-  /// @param second a run to be shown beside the first; empty: none
+  /// @param second a run to be compared with the first; empty: none
   /// @throws InputError for what is no run directory, or has no log
   ReplaySource(const std::filesystem::path& run, const std::filesystem::path& second,
                const logs::TypeCatalogue& types, Sink& sink, Utime wall,

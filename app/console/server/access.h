@@ -6,7 +6,8 @@
 
 namespace berth::console {
 
-/// What of a request decides whether it is served: header fields as they came, empty where missing.
+/// Parts of a request that decide whether it is served: header fields as they came, empty where
+/// missing.
 struct PageRequest {
   std::string method;
   std::string target;
@@ -20,12 +21,12 @@ struct PageRequest {
 struct Verdict {
   int status = 200;      ///< HTTP; 303: go to `location`
   std::string code;      ///< of a refusal, a stable name; empty: none
-  std::string text;      ///< for whoever requested
+  std::string text;      ///< for the requester
   std::string location;  ///< of 303
   std::string cookie;    ///< to set, of 303
 };
 
-/// Who may look at the page, and from where.
+/// Access to the page: permitted viewers and addresses.
 class Access {
  public:
   /// token: empty: none is needed. hosts: names under which this host may be requested besides

@@ -17,10 +17,10 @@ struct BoardMessage {
   std::shared_ptr<const std::string> text;  ///< null: nothing is newer
 };
 
-/// What the console knows, as named sections of JSON (PROTOCOL.md): some are replaced as a whole,
+/// The state of the console, as named sections of JSON (PROTOCOL.md): some are replaced as a whole,
 /// some are lists that grow and keep their newest entries. Each change has a revision, so that a
-/// viewer can be sent everything that is newer than what it has, in one message, however long ago
-/// that was: who is slow gets fewer messages, and the newest content all the same.
+/// viewer can be sent everything newer than what it has, in one message: a slow viewer gets fewer
+/// messages, and the newest content all the same.
 /// Every function may be called from any thread. Names are plain words; texts are valid JSON: the
 /// board pastes them as they are.
 class Board {

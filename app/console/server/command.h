@@ -8,9 +8,9 @@
 
 namespace berth::console {
 
-/// What a page asks (PROTOCOL.md, "Page to server").
+/// A command of a page (PROTOCOL.md, "Page to server").
 struct Command {
-  std::string viewer;   ///< who asks: "viewer-3"
+  std::string viewer;   ///< its sender: "viewer-3"
   std::int64_t id = 0;  ///< the page's own: its answer carries it
   std::string name;     ///< "hold"
   nlohmann::json arguments = nlohmann::json::object();

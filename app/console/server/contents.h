@@ -17,8 +17,8 @@ struct Content {
   std::shared_ptr<const std::string> bytes;
 };
 
-/// Whether a path is one that a page of ours would ask for: plain letters, no part that begins with
-/// a dot, nothing encoded. What is not may be meant to leave the directories.
+/// Whether a path is one that our pages request: plain letters, no part that begins with a dot,
+/// nothing encoded. Any other may be meant to leave the directories.
 bool is_plain_path(const std::string& path);
 
 /// The files and made contents that the server has, by path. From any thread.

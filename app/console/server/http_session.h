@@ -15,7 +15,7 @@ inline constexpr int requests_in_a_response = 12;
 
 /// One connection over Stream (beast::tcp_stream, or TLS on it): requests for the page's files one
 /// after the other, or the one that makes it a viewer. A request has to be whole within
-/// request_time; who dribbles is cut off.
+/// request_time; slow clients are disconnected.
 template <class Stream>
 class HttpSession : public std::enable_shared_from_this<HttpSession<Stream>> {
  public:

@@ -26,8 +26,8 @@ class ViewerLink {
   virtual void say_goodbye() = 0;
 };
 
-/// What the connections of a server share: who looks, what each has seen, and how much of
-/// everything there may be. On the server's thread, but for the inbox, the contents and the
+/// State shared by the connections of a server: the viewers, the revision that each has, and the
+/// limits on their number and rate. On the server's thread, but for the inbox, the contents and the
 /// counters.
 class Hub {
  public:

@@ -11,7 +11,7 @@
 
 namespace berth::console {
 
-/// What waits to be taken by the node. From any thread.
+/// Input that waits to be taken by the node. From any thread.
 class Inbox {
  public:
   Inbox();
@@ -22,8 +22,8 @@ class Inbox {
   int descriptor() const { return fd_; }
   /// False when too much waits already: it is not kept.
   bool put(Incoming incoming);
-  /// Somebody was turned away. Of one kind the first in a second is reported at once, the others as
-  /// a number, so that an attack does not become one on the log.
+  /// A client was refused. Of one kind the first in a second is reported at once, the others as a
+  /// number, so that an attack does not become one on the log.
   void refuse(const std::string& code, const std::string& text);
   /// Reports the numbers that are due; called now and then.
   void report_more();

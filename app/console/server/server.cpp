@@ -26,8 +26,8 @@ using namespace std::chrono_literals;
 
 namespace {
 
-/// What a viewer who reads slowly may leave in our own queues; beyond it he gets fewer frames.
-/// Small, so that a sign of life is not long behind what he has yet to read.
+/// Bytes that wait in our own queue for a viewer that reads slowly; beyond it the viewer gets fewer
+/// frames. Small, so that a sign of life is not long behind the data before it.
 constexpr int send_buffer_bytes = 16 * 1024;  // the kernel takes twice as much
 constexpr auto time_for_goodbye = 200ms;
 /// Control loops go first where processors are short.
@@ -143,7 +143,7 @@ class Server::Impl {
   void accept() {
     acceptor_.async_accept([this](boost::system::error_code error, Tcp::socket socket) {
       if (error == asio::error::operation_aborted) return;
-      if (error) {  // no descriptors left, say: others may be given back
+      if (error) {  // no descriptors left, for example: others may be given back
         hub_.inbox.refuse("accept", "no connection could be taken: " + error.message());
         pause_.expires_after(100ms);
         return pause_.async_wait([this](boost::system::error_code stopped) {

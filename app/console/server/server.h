@@ -18,15 +18,15 @@ struct ServerOptions {
   std::string address = "127.0.0.1";  ///< numeric; any but loopback needs a token and TLS
   std::uint16_t port = 8800;          ///< 0: any that is free
   int ports_to_try = 1;               ///< from `port` on, until one is free
-  std::string token;                  ///< empty: nobody is asked for one
+  std::string token;                  ///< empty: none is required
   std::filesystem::path certificate;  ///< PEM; with its key: HTTPS; empty: plain HTTP
   std::filesystem::path key;
-  std::vector<std::string> hosts;  ///< names of this host beside its own, as browsers may ask for
+  std::vector<std::string> hosts;  ///< additional names of this host that browsers may request
 
   /// Directories of files by the path at which they are served: {"/", page}, {"/lib/three/", ...}.
   std::map<std::string, std::filesystem::path> files;
 
-  /// What `hello` says.
+  /// The mode in `hello`.
   std::string mode = "live";
   bool may_command = true;
 
@@ -37,7 +37,7 @@ struct ServerOptions {
   std::chrono::milliseconds idle_time{20000};     ///< without a sign of life
 };
 
-/// Something that the node should know: of a page, or of somebody who was turned away.
+/// An event for the node: of a page, or of a client that was refused.
 struct Incoming {
   enum class Kind { joined, left, command, refused };
   Kind kind = Kind::refused;
@@ -68,7 +68,7 @@ class Server {
   /// @throws InputError for an address that cannot be listened on, files that are not there, or an
   /// address other than loopback without token and TLS
   Server(const ServerOptions& options, const Board& board);
-  /// Tells the viewers that it goes, and ends its thread.
+  /// Notifies the viewers of its end, and ends its thread.
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;

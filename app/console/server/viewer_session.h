@@ -21,7 +21,7 @@ namespace websocket = beast::websocket;
 /// How many commands a second a page may send on average; what a hand and a few timers send is far
 /// less. The bucket holds twice as many.
 inline constexpr double commands_per_s = 100;
-/// Answers that wait for a viewer who does not read.
+/// Answers that wait for a viewer that does not read.
 inline constexpr std::size_t max_waiting_texts = 256;
 
 /// One viewer's WebSocket over Stream (beast::tcp_stream, or TLS on it). One text is written at a
@@ -93,9 +93,9 @@ class ViewerSession final : public ViewerLink,
     if (error) {
       if (error == websocket::error::message_too_big) {
         hub_.inbox.refuse("frame",
-                          who() + " sent more than " + std::to_string(largest_command) + " bytes");
+                          peer() + " sent more than " + std::to_string(largest_command) + " bytes");
       } else if (error == websocket::condition::protocol_violation) {
-        hub_.inbox.refuse("frame", who() + " broke the WebSocket protocol: " + error.message());
+        hub_.inbox.refuse("frame", peer() + " broke the WebSocket protocol: " + error.message());
       }
       return;  // Beast has sent the close frame that belongs to it
     }
@@ -126,10 +126,10 @@ class ViewerSession final : public ViewerLink,
     return true;
   }
 
-  std::string who() const { return name_ + " from " + from_; }
+  std::string peer() const { return name_ + " from " + from_; }
 
   void refuse(websocket::close_code code, const char* name, const std::string& what) {
-    hub_.inbox.refuse(name, who() + " " + what);
+    hub_.inbox.refuse(name, peer() + " " + what);
     close(code, what);
   }
 
@@ -144,7 +144,7 @@ class ViewerSession final : public ViewerLink,
   /// At once: the peer takes nothing, not even a farewell.
   void drop(const char* name, const std::string& what) {
     closing_ = true;
-    hub_.inbox.refuse(name, who() + " " + what);
+    hub_.inbox.refuse(name, peer() + " " + what);
     beast::get_lowest_layer(socket_).close();
   }
 

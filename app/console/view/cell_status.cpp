@@ -42,7 +42,8 @@ std::optional<evaluation::TruthSample> LatestMessages::truth_at(Utime now) const
 
 namespace {
 
-// A node is dead for the others after 150 ms; here a busy screen must not cry wolf.
+// A node counts as dead for the others after 150 ms; a busy screen here must not raise a false
+// alarm.
 constexpr Utime silence = 500 * millisecond;
 constexpr double still_m_s = 1e-3;
 
@@ -87,7 +88,7 @@ std::string node_trouble(const LatestMessages& latest, Utime now) {
 }
 
 std::string attention(const LatestMessages& latest, Utime now) {
-  if (latest.beats.empty()) return "no node is heard";
+  if (latest.beats.empty()) return "no heartbeat from any node";
   const std::string trouble = node_trouble(latest, now);
   if (!trouble.empty()) return trouble;
   if (latest.facility && !latest.facility->valid) {
@@ -107,7 +108,7 @@ std::string attention(const LatestMessages& latest, Utime now) {
                                                          : latest.estimate->reason);
   }
   if (latest.procedure && latest.procedure->state == procedure_state_t::PROMPTING) {
-    return with_reason("an operator is asked", latest.procedure->prompt);
+    return with_reason("an operator is prompted", latest.procedure->prompt);
   }
   return {};
 }

@@ -36,7 +36,7 @@ struct LatestMessages {
   std::optional<evaluation::TruthSample> truth_at(Utime now) const;
 };
 
-/// What is read from three metres.
+/// The status that is read from three metres.
 struct CellStatus {
   std::string word;  ///< "stop", "attention", "held", "moving" or "safe"
   std::string why;
@@ -45,8 +45,9 @@ struct CellStatus {
 /// One word for the whole cell; the first of these that is so:
 ///   stop       the E-stop chain or the fence is open, an arm's controller has a fault or its
 ///              E-stop, or the testbed has a fault: nothing can move until somebody acts
-///   attention  nobody is heard, a node is silent, has a fault or says it is degraded, the PLC does
-///              not answer, the estimate is lost while it is flown by, or an operator is asked
+///   attention  no heartbeat from any node, a node is silent, has a fault or reports that it is
+///              degraded, the PLC does not answer, the estimate is lost while it is flown by, or
+///              an operator is prompted
 ///   held       the procedure or the motion is held and waits
 ///   moving     an arm moves, or a motion is being carried out
 ///   safe       none of these

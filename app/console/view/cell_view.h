@@ -14,7 +14,7 @@
 
 namespace berth::console {
 
-/// What one look shows: folds the messages of the bus, or of a log, into the sections of
+/// The state that a page shows: folds the messages of the bus, or of a log, into the sections of
 /// PROTOCOL.md. Knows no bus, thread or clock. Messages of a foreign type and damaged ones are
 /// counted and change nothing else.
 class CellView {
@@ -23,13 +23,13 @@ class CellView {
   using Verdicts = std::map<Utime, std::vector<criterion_result_t>>;
 
   struct Options {
-    bool with_samples = true;  ///< false: somebody else writes `samples`
+    bool with_samples = true;  ///< false: another object writes `samples`
     /// From which samples count, `utime_start` of `run`; 0: the first received of a run.
     Utime start = 0;
     /// Where they are known beforehand: they fill in as the run goes. Nothing: the criteria are
     /// measured as it goes.
     std::optional<Verdicts> verdicts;
-    Json more_of_run = Json::object();  ///< of `run`, beside its message
+    Json more_of_run = Json::object();  ///< of `run`, in addition to its message
     Utime fast = 50 * millisecond;
     Utime slow = second;
   };

@@ -54,7 +54,8 @@ void Criteria::begin(const run_info_t& info) {
       return criterion.measurement->of_returns;
     });
   } catch (const InputError&) {
-    // Of another version, whose words are not ours: its own verdict is shown in the end.
+    // A procedure of another version, which this one cannot read: its own verdict is shown in the
+    // end.
   }
 }
 

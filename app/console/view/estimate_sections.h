@@ -31,15 +31,14 @@ struct Ellipsoid {
 };
 Ellipsoid ellipsoid_of(const Matrix3d& covariance);
 
-/// One POSE_ESTIMATE with what came for it later: truth about its time, and how long it took.
+/// One POSE_ESTIMATE with later data: truth about its time, and its latency.
 struct Sample {
   pose_estimate_t estimate;
   std::optional<evaluation::ComparedEstimate> compared;
   std::optional<Utime> latency;  ///< from the last return to when it was published
 };
 
-/// Joins estimates with truth and latency. What does not come for an estimate within a second of
-/// its arrival is left out.
+/// Joins estimates with truth and latency. Data later than a second after an estimate are left out.
 class Samples {
  public:
   using Ready = std::function<void(const Sample&)>;

@@ -78,7 +78,7 @@ std::string EstimatePairs::heading() {
 std::string EstimatePairs::summary() const {
   char text[200];
   std::snprintf(text, sizeof text,
-                "%lld estimates beside recorded ones, %lld the same number for number; %lld good "
+                "%lld estimates compared with recorded ones, %lld identical; %lld good "
                 "in both, at most %.3f mm and %.4f deg apart",
                 static_cast<long long>(pairs_), static_cast<long long>(same_),
                 static_cast<long long>(both_good_), 1e3 * largest_m_, degrees(largest_rad_));

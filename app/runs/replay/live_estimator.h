@@ -54,8 +54,8 @@ class EstimatePairs {
   double largest_rad_ = 0;
 };
 
-/// An estimator beside a replay, on a thread of its own, so that the replay keeps its times: takes
-/// recorded scans and commands in their order and publishes what it makes of them.
+/// An estimator that runs along with a replay, on a thread of its own, so that the replay keeps its
+/// times: takes recorded scans and commands in their order and publishes its results.
 class LiveEstimator {
  public:
   /// @param publish is called on the estimator's thread

@@ -22,10 +22,10 @@ struct ReplayRequest {
   std::vector<std::string> set;
 };
 
-/// The recorded estimates go out under this name when a live estimator is beside them.
+/// The recorded estimates are published under this name when a live estimator runs as well.
 inline constexpr char recorded_estimate_channel[] = "POSE_ESTIMATE_RECORDED";
 
-/// Plays until the end, a key or a signal says so. @return the exit code
+/// Plays until the end, a key or a signal. @return the exit code
 /// @throws InputError for what is wrong in the request, and where a cell is alive on the bus.
 int replay(const ReplayRequest& request);
 

@@ -47,7 +47,7 @@ class ReplayBus {
   /// From any thread. @return whether the network took it
   bool publish(const std::string& channel, Bytes bytes);
 
-  /// Listens for some beats' time. @return a heartbeat of whoever is there
+  /// Listens for some heartbeat periods. @return a heartbeat of any live node
   std::optional<heartbeat_t> anybody_alive();
   /// Readable when something was received: call receive_stranger().
   int descriptor() { return lcm_.getFileno(); }

@@ -354,7 +354,7 @@ TEST_CASE("where no procedure runs, control is the testbed's lease") {
     CHECK(w.pages.orders[0].procedure == "approach.yaml");
     CHECK(w.pages.orders[0].parameters ==
           std::map<std::string, std::string>{{"speed", "10 mm/s"}, {"n", "3"}});
-    CHECK(w.pages.orders[0].who == "me@console viewer-1");
+    CHECK(w.pages.orders[0].operator_name == "me@console viewer-1");
     w.pages.run_refusal = "no such procedure";
     const Answer second = w.ask("viewer-1", "run", arguments);
     CHECK(w.ask("viewer-1", "run", arguments, second.confirm).text == "no such procedure");

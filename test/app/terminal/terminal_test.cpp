@@ -194,9 +194,9 @@ TEST_CASE("what the engine refuses is shown with its reason, whatever events are
   Keyboard keyboard;
   keyboard.keys.on(state_with(procedure_state_t::RUNNING));
   keyboard.type("n");
-  CHECK_THAT(text_of(keyboard.keys.lines()), Contains("step asked for"));
+  CHECK_THAT(text_of(keyboard.keys.lines()), Contains("step requested"));
   keyboard.keys.on_answer(CommandStatus::accepted, "");
-  CHECK_THAT(text_of(keyboard.keys.lines()), !Contains("asked for"));
+  CHECK_THAT(text_of(keyboard.keys.lines()), !Contains("requested"));
   keyboard.type("r");
   keyboard.keys.on_answer(CommandStatus::refused, "nothing is held");
   CHECK_THAT(text_of(keyboard.keys.lines()), Contains("refused: nothing is held"));
