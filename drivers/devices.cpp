@@ -11,13 +11,13 @@ Utime period(Config& config, const std::string& key) {
   return utime_from_seconds(1 / config.quantity(key, Dimension::frequency, within(0.1, 1000)));
 }
 
-/// Of a connection; a device that is switched off answers nothing.
+/// Time-out of a connection attempt: a device that is switched off does not answer.
 void read_dial_timeout(Config& config, Utime& timeout) {
   config.optional_microseconds("dial_timeout", timeout, above(0));
 }
 
-/// What the controller's position is: measured by the encoders, or what its interpolation has
-/// handed to the servos.
+/// Kind of position that the controller reports: measured by the encoders, or commanded to the
+/// servos by its interpolation.
 double read_following_lag(Config& config) {
   bool commanded = false;
   config.optional_choice("positions", commanded, {{"measured", false}, {"commanded", true}});
@@ -68,7 +68,7 @@ LidarDevice read_lidar(Config config, const std::filesystem::path& directory) {
     throw config.error("recording",
                        "found none, expected what adapter " + config.text("adapter") + " reads");
   }
-  if (!tcp) lidar.recording = directory / recording;  // an absolute one stays as it is
+  if (!tcp) lidar.recording = directory / recording;  // an absolute path is kept
   config.optional_choice("time_unit", lidar.us_per_time,
                          {{"found", std::nullopt},
                           {"s", 1e6},

@@ -21,8 +21,8 @@ struct ArmDevice {
   Utime report_lag = 0;
   double rotary_sigma = 0;  ///< rad
   double linear_sigma = 0;  ///< m
-  /// s by which the servos follow the joints that the controller reports, 1 sigma; 0: what it
-  /// reports are the encoders.
+  /// s by which the servos lag the joints that the controller reports, 1 sigma; 0: it reports the
+  /// encoders.
   double following_lag = 0;
   double rotary_guard = 0;  ///< rad
   double linear_guard = 0;  ///< m
@@ -50,7 +50,7 @@ struct LidarDevice {
   Utime max_gap = 10 * second;        ///< between two scans of a recording: longer ones are cut
 };
 
-/// All boxes of hardware of one cell.
+/// All hardware devices of one cell.
 struct Devices {
   ArmDevice replica_arm;
   ArmDevice sensor_arm;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-/// The channel table: every channel of the testbed. README has it with types and writers.
-/// One writer per channel, except where the comment says "every node".
+/// The channel table: every channel of the testbed. README has it with types and writers. One
+/// writer per channel, except where the comment reads "every node".
 namespace berth::channels {
 
 // clang-format off
@@ -38,7 +38,7 @@ inline constexpr char injection_state[]         = "INJECTION_STATE";         // 
 inline constexpr char node_status[]             = "NODE_STATUS";             // node_status_t, every node
 inline constexpr char heartbeat[]               = "HEARTBEAT";               // heartbeat_t, every node
 inline constexpr char event[]                   = "EVENT";                   // event_t, every node
-// Not on the bus: in world_truth.lcm, beside a run of the simulated cell.
+// Not on the bus: in world_truth.lcm, in the directory of a simulated cell's run.
 inline constexpr char world_truth[]             = "WORLD_TRUTH";             // ground_truth_t, simulated cell
 // clang-format on
 

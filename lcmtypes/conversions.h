@@ -13,7 +13,7 @@
 #include "common/core/lidar_profile.h"
 #include "common/core/pose.h"
 
-/// What the programs compute with, to and from the fields of messages: metres, radians, seconds;
+/// Conversions between Berth's types and the fields of messages: metres, radians, seconds;
 /// quaternions w x y z; matrices row by row.
 namespace berth {
 
@@ -23,7 +23,8 @@ inline bool is_pose(const double position_m[3], const double q_wxyz[4]) {
   return Vector3d::Map(position_m).allFinite() && std::abs(norm - 1) < 1e-3;
 }
 
-/// To the bit, as a path goes on from a pose that was commanded; the quaternion is unit to 1e-3.
+/// Exact to the bit, so that a path can continue from a commanded pose; the quaternion is unit to
+/// 1e-3.
 inline Pose exact_pose_of(const double position_m[3], const double q_wxyz[4]) {
   return {Vector3d::Map(position_m), Quaterniond(q_wxyz[0], q_wxyz[1], q_wxyz[2], q_wxyz[3])};
 }
@@ -42,7 +43,7 @@ Pose pose_of(const Message& message) {
   return pose_of(message.position_m, message.q_wxyz);
 }
 
-/// The same, of its two quaternions that with w >= 0: as estimates are published.
+/// The same, with the quaternion's sign such that w >= 0, as in estimates.
 inline Pose with_positive_w(Pose pose) {
   if (pose.rotation.w() < 0) pose.rotation.coeffs() *= -1;
   return pose;

@@ -9,8 +9,8 @@
 
 namespace berth {
 
-/// What keeps an estimate from being used although it says OK; empty when nothing does. A pose
-/// without a covariance is not known to any accuracy, however sure its estimator is.
+/// Why an estimate with the status OK is not usable; empty: it is. A pose without a valid
+/// covariance has an unknown accuracy.
 inline std::string estimate_defect(const pose_estimate_t& estimate) {
   if (!is_pose(estimate.position_m, estimate.q_wxyz)) return "not a pose";
   const Velocity velocity = velocity_of(estimate);
@@ -21,7 +21,7 @@ inline std::string estimate_defect(const pose_estimate_t& estimate) {
   return defect.empty() ? "" : "its covariance " + defect;
 }
 
-/// Whether an estimate may be relied on: it says OK, and is a pose with a covariance.
+/// Whether an estimate is usable: its status is OK, and it has a pose with a covariance.
 inline bool is_good(const pose_estimate_t& estimate) {
   return estimate.status == pose_estimate_t::OK && estimate_defect(estimate).empty();
 }

@@ -11,10 +11,10 @@
 
 namespace berth {
 
-/// SCAN_DATA as everybody reads it, from the bus and from logs: a scan_packet2_t, or the older
-/// scan_packet_t of recorded runs and of other drivers, whose beams leave the sensor's origin and
-/// tell nothing of sigma, ambient light and second returns. A type is known by the fingerprint with
-/// which its bytes begin. All arrays have `count` entries.
+/// SCAN_DATA as read from the bus and from logs: a scan_packet2_t, or the older scan_packet_t of
+/// recorded runs and of other drivers, whose beams leave the sensor's origin and have no sigma,
+/// ambient light and second returns. The fingerprint at the begin of the bytes distinguishes the
+/// types. All arrays have `count` entries.
 struct ScanPacket : scan_packet2_t {
   /// As of generated types: the number of bytes read, negative when these are no packet.
   int decode(const void* bytes, int offset, int size) {
@@ -51,7 +51,7 @@ struct ScanPacket : scan_packet2_t {
     return beam_direction(static_cast<double>(azimuth_rad[i]),
                           static_cast<double>(elevation_rad[i]));
   }
-  /// A status that is none counts as saturated: the beam tells nothing.
+  /// An invalid status counts as saturated: a beam without information.
   BeamStatus beam_status(std::size_t i) const {
     return status[i] >= HIT && status[i] <= SATURATED ? static_cast<BeamStatus>(status[i])
                                                       : BeamStatus::saturated;

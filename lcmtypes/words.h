@@ -10,8 +10,7 @@
 #include <berth/procedure_step_t.hpp>
 #include <cstdint>
 
-/// The words of the messages' enumerations, as their definitions have them; "?" for a value that
-/// none of them has.
+/// Names of the messages' enumerators, as in the definitions; "?" for an undefined value.
 namespace berth::words {
 
 template <std::size_t size>

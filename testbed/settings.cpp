@@ -29,7 +29,7 @@ std::map<std::string, GuidanceProfile> load_profiles(const std::filesystem::path
 Settings load_settings(const std::filesystem::path& file) {
   Config config = Config::load(file);
   Settings s;
-  config.raw("target");  // a run has its target by name already
+  config.raw("target");  // the run's setup names the target
 
   Config setpoints = config.section("setpoints");
   s.setpoint_period = period(setpoints, "rate");
@@ -80,7 +80,7 @@ Settings load_settings(const std::filesystem::path& file) {
   guidance.optional("largest_correction_share", s.guidance.largest_correction_share);
   s.guidance.largest_angular_correction =
       guidance.quantity("largest_angular_correction", Dimension::angle, above(0));
-  guidance.optional("inertial_motion", s.tell_chaser_motion);
+  guidance.optional("inertial_motion", s.publish_chaser_motion);
   guidance.finish();
   s.profiles = load_profiles(file.parent_path() / "guidance");
 

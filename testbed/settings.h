@@ -35,7 +35,7 @@ struct Settings {
   PathLimits path;
   Clearance::Limits clearance;
   Guidance::Settings guidance;
-  bool tell_chaser_motion = true;                   ///< what guidance commands, on INERTIAL_MOTION
+  bool publish_chaser_motion = true;                ///< of the commanded motion, on INERTIAL_MOTION
   std::map<std::string, GuidanceProfile> profiles;  ///< by name
   SafetySupervisor::Settings safety;
   FollowingWatch::Settings following_watch;
@@ -47,7 +47,7 @@ struct Settings {
 
 /// @throws InputError.
 Settings load_settings(const std::filesystem::path& file);
-/// The same with what the cell's layout has otherwise.
+/// The same, with the values that the cell's layout overrides.
 Settings load_settings(const std::filesystem::path& file, const Cell& cell);
 
 }  // namespace berth::testbed

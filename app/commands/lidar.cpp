@@ -56,7 +56,7 @@ void add_lidar(CLI::App& app, int& exit_code) {
       "refusals, round trips, the cadence and the stamps of returns, versions 1 and 2. A line for\n"
       "each check, and below one that failed what mends it. THE LIDAR SCANS, some ten seconds in\n"
       "all, with windows of a quarter of its field of view. No other host may be connected.\n"
-      "Exit codes: 0 all that was tested is as it should be, 1 a check failed, 2 nobody answers.");
+      "Exit codes: 0 all that was tested is as it should be, 1 a check failed, 2 no answer.");
   sub->callback([address, &exit_code] { exit_code = test(*address); });
 }
 

@@ -60,7 +60,7 @@ class Listener {
       : url_(bus_url(url)), lcm_(url_), pattern_(pattern), model_(model) {
     if (!lcm_.good()) {
       throw InputError("LCM cannot use " + url_ +
-                       ": is there a multicast route? 'berth doctor' shows the remedy");
+                       ": is there a multicast route? 'berth doctor' shows how to repair it");
     }
     // LCM drops the newest when its own queue is full.
     lcm_.subscribe(".*", &Listener::on_message, this)->setQueueCapacity(100000);

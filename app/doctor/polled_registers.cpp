@@ -63,7 +63,7 @@ Finding PolledRegisters::connection() const {
   finding.found = setup_.options.address;
   if (!connected_) {
     finding.state = Finding::State::bad;
-    finding.found += lost_.empty() ? ": nobody answers" : ": " + lost_;
+    finding.found += lost_.empty() ? ": no answer" : ": " + lost_;
     finding.remedy = setup_.when_unreachable;
   } else if (round_trips_.answered() == 0) {
     finding.state = Finding::State::bad;

@@ -12,9 +12,11 @@ namespace berth {
 
 /// How messages wait for a busy node.
 struct Queue {
-  /// A mailbox of one: states that feed control. What is replaced unseen is counted as superseded.
+  /// A mailbox of one: states that feed control. A message replaced before it was handled is
+  /// counted as superseded.
   static Queue latest() { return {0}; }
-  /// A bounded queue: packets, commands, events. What does not fit is counted as overflowed.
+  /// A bounded queue: packets, commands, events. A message that does not fit is counted as
+  /// overflowed.
   static Queue fifo(std::size_t capacity = 1000) { return {capacity}; }
   std::size_t capacity;
 };
@@ -76,7 +78,8 @@ class Bus {
   BusCounters counters_;
 
  private:
-  /// A damaged length field makes generated code throw or ask for memory: never let that out.
+  /// A damaged length field makes generated code throw or allocate memory: no such exception leaves
+  /// this.
   template <class Message>
   static bool decode(Bytes bytes, Message& message) {
     try {

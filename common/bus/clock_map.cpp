@@ -10,8 +10,8 @@ namespace {
 
 /// Two quartz clocks of 50 ppm each, and a host whose time service slews it: Linux allows 500 ppm.
 constexpr double max_drift = 600e-6;
-/// A history each, ten of them: 20 s, in which a quartz in a room changes its rate by far less
-/// than a bracket can show.
+/// Ten histories, each begun so much after the one before: 20 s, in which a quartz at room
+/// temperature changes its rate by far less than a bracket can resolve.
 constexpr Utime spacing = 2 * second;
 constexpr std::size_t kept = 10;
 
@@ -52,7 +52,7 @@ void ClockMap::History::clip(Utime host, std::int64_t low, std::int64_t high) {
 
 bool ClockMap::add(Utime sent, std::int64_t device, Utime received) {
   const Utime host = sent + (received - sent) / 2;
-  // Each stamp is cut off to whole microseconds.
+  // Stamps are truncated to whole microseconds.
   const std::int64_t low = device - received - 1;
   const std::int64_t high = device + resolution_ - sent + 1;
 

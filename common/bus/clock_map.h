@@ -31,7 +31,7 @@ class ClockMap {
   /// resolution: q, us.
   explicit ClockMap(Utime resolution = 0) : resolution_(resolution) {}
 
-  /// One reading: host times of sending and receiving, and what the device showed, all us.
+  /// One reading: host times of sending and receiving, and the device's reading, all us.
   /// @return false when no line passes through this bracket and the one before: the clock was set;
   /// only this reading is kept.
   bool add(Utime sent, std::int64_t device, Utime received);

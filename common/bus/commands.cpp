@@ -51,7 +51,7 @@ void CommandAnswers::put(command_answer_t answer) {
   publish();
 }
 
-/// What fits into one message, whatever commanders call themselves.
+/// Fits into one message, however long the commanders' names are.
 command_answers_t CommandAnswers::current() const {
   command_answers_t message{};
   message.utime = loop_.now();

@@ -24,15 +24,16 @@
 
 namespace berth {
 
-/// Whether two messages name one command: its commander, session, time and number. Repetitions of a
-/// command have the same.
+/// Whether two messages carry the same command: equal commander, session, time and number, as in
+/// repetitions of a command.
 template <class A, class B>
 bool same_command(const A& a, const B& b) {
   return a.seq == b.seq && a.utime == b.utime && a.session == b.session &&
          a.commander == b.commander;
 }
 
-/// The commands that a node has received, by name: distinguishes repetitions from new commands.
+/// The identities of the commands that a node has received: distinguishes repetitions from new
+/// commands.
 class SeenCommands {
  public:
   struct Name {
@@ -54,8 +55,8 @@ class SeenCommands {
   std::set<Name> names_;
 };
 
-/// Stops (HOLD, STOP, ABORT) of any sender are obeyed: of any session, however late, in any
-/// order. What is unusual about one, in words that follow "is obeyed, although it"; empty: nothing.
+/// Stops (HOLD, STOP, ABORT) of any sender are obeyed: of any session, however late, in any order.
+/// @return what is irregular about a stop, to follow "is obeyed, although it"; empty: nothing.
 /// @param now us
 /// @param overtaken a later command of the same sender has come before it
 template <class Message>
@@ -82,14 +83,15 @@ namespace berth {
 struct Commander {
   std::string name;
   std::int64_t session = 0;
-  /// Commands are numbered above this: above all that this commander sent before in the session.
+  /// Numbers of new commands are above this, the highest that this commander has used in the
+  /// session.
   std::int64_t last_seq = 0;
 };
 
-/// How long a command is good after it was last sent.
+/// Lifetime of a command after it was last sent.
 inline constexpr Utime command_lifetime = 2 * second;
 
-/// Fills in a new command: who sends it, its number, and the time until which it is good.
+/// Fills in a new command: commander, number, and time of expiry.
 template <class Command>
 void complete(Command& command, Commander& commander, Utime now) {
   command.utime = now;
@@ -99,8 +101,8 @@ void complete(Command& command, Commander& commander, Utime now) {
   if constexpr (requires { command.utime_expires; }) command.utime_expires = now + command_lifetime;
 }
 
-/// How often a command is repeated until it is answered. One that stops must not cost the arms' way
-/// of half a second, and a person waits for the answer to an operator's.
+/// Period at which a command is repeated until it is answered. Short for stops, which must not be
+/// half a second late, and for an operator's commands, whose answer a person awaits.
 template <class Command>
 Utime repeat_period_of(const Command&) {
   return 500 * millisecond;
@@ -112,7 +114,7 @@ inline Utime repeat_period_of(const testbed_command2_t& command) {
   return (stops ? 100 : 500) * millisecond;
 }
 
-/// Where a command is on its way. unanswered: given up.
+/// Progress of a command. unanswered: given up.
 enum class CommandStatus { none, pending, accepted, refused, finished, unanswered };
 
 /// The outcome of a command by a node's message; none: not answered yet.
@@ -150,7 +152,7 @@ CommandReply reply_to(const Command& command, const command_answers_t& state) {
   return {accepted ? CommandStatus::accepted : CommandStatus::refused, ours->reason};
 }
 
-/// Sends one command at a time to a node, repeats it until the node answers it, and knows the
+/// Sends one command at a time to a node, repeats it until the node answers it, and keeps the
 /// answer: accepted, refused or finished. Called from one loop.
 template <class Command>
 class CommandClient {
@@ -158,7 +160,7 @@ class CommandClient {
   using Publish = std::function<void(const Command&)>;
   explicit CommandClient(Publish publish) : publish_(std::move(publish)) {}
 
-  /// As a new command of this commander; the one before is no longer repeated.
+  /// Sends a new command of this commander; the previous one is no longer repeated.
   /// @param time_limit us, after which it is given up without an answer; 0: never
   void send(Command command, Commander& commander, Utime now, Utime time_limit = 0) {
     command_ = std::move(command);
@@ -181,7 +183,7 @@ class CommandClient {
     return true;
   }
 
-  /// Repeats what has no answer. At 20 Hz or more.
+  /// Repeats a command without an answer. Call at 20 Hz or more.
   void tick(Utime now) {
     if (!pending()) return;
     if (time_limit_ > 0 && now - command_.utime >= time_limit_) {
@@ -202,9 +204,9 @@ class CommandClient {
 
   CommandStatus status() const { return status_; }
   bool pending() const { return status_ == CommandStatus::pending; }
-  /// Why it was refused, or given up: the node's own words.
+  /// Why the command was refused (the node's text), or given up.
   const std::string& reason() const { return reason_; }
-  /// What is sent; the sender may change what a repetition asks for.
+  /// The command as sent; the sender may change the content of later repetitions.
   Command& command() { return command_; }
   const Command& command() const { return command_; }
 
@@ -218,8 +220,8 @@ class CommandClient {
 };
 
 /// A node's answers to its commands, published as command_answers_t: accepted, or refused with the
-/// reason. Tells a repetition from a new command and answers it again, so that a command whose
-/// answer was lost is obeyed once. Remembers the last 1000 commands.
+/// reason. A repetition is answered again and not obeyed again, for the case that the first answer
+/// was lost. Remembers the last 1000 commands.
 class CommandAnswers {
  public:
   /// @param channel written by this node alone
@@ -248,7 +250,7 @@ class CommandAnswers {
     answer.reason = reason;
     put(answer);
   }
-  /// It could not be carried out for now: its repetition is a new command.
+  /// Forgets a command that could not be carried out: its repetition counts as a new command.
   template <class Command>
   void forget(const Command& command) {
     take(named(command));
@@ -272,7 +274,7 @@ class CommandAnswers {
   }
   bool add(const command_answer_t& named);
   void put(command_answer_t answer);
-  /// Out of the list; not given where it was not in it.
+  /// Removed from the list; a new entry where it was not in it.
   Remembered take(const command_answer_t& named);
   command_answers_t current() const;
   void publish();
@@ -282,7 +284,7 @@ class CommandAnswers {
   std::string channel_;
   std::int64_t session_;
   std::int64_t seq_ = 0;
-  std::deque<Remembered> commands_;  // the one received last first
+  std::deque<Remembered> commands_;  // newest first
   Loop::TimerId timer_;
 };
 

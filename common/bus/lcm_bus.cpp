@@ -22,7 +22,7 @@ std::string bus_url(const std::string& given) {
   if (url.rfind("udpm://", 0) != 0) {
     throw InputError("LCM URL '" + url + "': expected udpm://GROUP:PORT?ttl=0");
   }
-  // LCM takes an option it does not know for granted, with a line on stderr.
+  // LCM accepts an unknown option, with a line on stderr.
   const auto question = url.find('?');
   for (std::size_t at = question; at != std::string::npos && at + 1 < url.size();) {
     const auto end = url.find('&', at + 1);
@@ -35,7 +35,7 @@ std::string bus_url(const std::string& given) {
     at = end;
   }
   if (url.find("recv_buf_size") == std::string::npos) {
-    // As much as the kernel gives, up to 4 MB: asking for more only makes LCM warn.
+    // As much as the kernel grants, up to 4 MB: LCM warns when more is requested.
     std::ifstream limit("/proc/sys/net/core/rmem_max");
     long bytes = 0;
     limit >> bytes;
@@ -70,11 +70,11 @@ struct LcmBus::Impl {
   Impl(const std::string& given, ProcessLoop& on) : url(bus_url(given)), loop(on), lcm(url) {
     if (!lcm.good()) {
       throw InputError("LCM cannot use " + url +
-                       ": is there a multicast route? 'berth doctor' tells how to mend it");
+                       ": is there a multicast route? 'berth doctor' shows how to repair it");
     }
   }
 
-  /// In the receive thread: only takes the bytes in.
+  /// In the receive thread: only copies the bytes.
   void enqueue(Subscription& subscription, const std::string& channel,
                const lcm::ReceiveBuffer* buffer) {
     const auto* data = static_cast<const std::uint8_t*>(buffer->data);
@@ -102,8 +102,8 @@ struct LcmBus::Impl {
     }
   }
 
-  /// On the loop. One message a turn of the loop: timers that are due run between two messages, and
-  /// a state replaced meanwhile is seen in its newest form.
+  /// On the loop. One message per turn of the loop: due timers run between two messages, and a
+  /// handler receives the newest state.
   void drain() {
     Entry entry{};
     {

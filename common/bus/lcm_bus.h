@@ -12,7 +12,7 @@ namespace berth {
 /// The URL to use: the one given, else the environment's LCM_DEFAULT_URL, else
 /// udpm://239.255.76.67:7667?ttl=0; with the largest receive buffer that the kernel allows, up to 4
 /// MB.
-/// @throws InputError for another provider or an option that LCM would silently pass over.
+/// @throws InputError for another provider or an option that LCM would silently ignore.
 std::string bus_url(const std::string& given);
 
 /// The bus of the lab: LCM over UDP multicast. A receive thread only enqueues; handlers run on the

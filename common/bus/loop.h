@@ -18,10 +18,9 @@ inline Utime utime_from_seconds(double s) { return static_cast<Utime>(std::llrou
 
 class Worker;
 
-/// The thread on which a node's code runs, with its clock and timers. What takes long runs
-/// on a Worker, so that heartbeats, supervision and stops never wait.
-/// Two kinds: ProcessLoop (real time) and SimulatedLoop (the twin). But for now() and stopwatch(),
-/// nothing here may be called from another thread.
+/// The thread on which a node's code runs, with its clock and timers. What takes long runs on a
+/// Worker, so that heartbeats, supervision and stops never wait. Two kinds: ProcessLoop (real time)
+/// and SimulatedLoop (the twin). Other threads may call now() and stopwatch() only.
 class Loop {
  public:
   using Task = std::function<void()>;

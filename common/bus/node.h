@@ -17,7 +17,7 @@ struct NodeSetup {
   std::string name;                ///< "arm-driver-replica"
   std::int64_t session = 0;        ///< of the run: messages of another session move nothing
   std::string configuration_hash;  ///< SHA-256 over all files that configured it
-  std::int64_t compute_delay = 0;  ///< in the twin: what it publishes leaves so much later
+  std::int64_t compute_delay = 0;  ///< us, in the twin: its messages leave so much later
 };
 
 /// A part of the testbed on the bus: publishes NODE_STATUS at 1 Hz and on change, HEARTBEAT at 20
@@ -38,8 +38,8 @@ class Node {
   Utime now() const { return loop_.now(); }
   std::int64_t session() const { return setup_.session; }
 
-  /// Of words for a person, which events, reasons and answers hold: others' may be as long as a
-  /// datagram. event() and report() cut off what is longer.
+  /// Maximum length of a text for the operator in an event, a reason or an answer; texts of other
+  /// programs may fill a datagram. event() and report() truncate longer ones.
   static constexpr std::size_t max_characters = 2000;
   /// State is one of node_status_t::STARTING ... STOPPED. Published at once if anything changed.
   void report(std::int8_t state, const std::string& reason = "");
@@ -48,9 +48,9 @@ class Node {
   /// A figure shown with the status, e.g. count("read_rate_hz", 99.8).
   void count(const std::string& name, double value) { counters_[name] = value; }
   /// Queues long work for the node's Worker.
-  /// @return false: so much waits that this is dropped, and counted as overflowed.
+  /// @return false when the queue is full: the job is dropped and counted as overflowed.
   bool work(Worker::Job job);
-  /// A node that works calls it in its destructor: jobs touch what is destroyed then.
+  /// A node with jobs calls it in its destructor: jobs use members that are destroyed then.
   void end_work() { worker_.reset(); }
 
  private:
@@ -64,7 +64,7 @@ class Node {
   std::string reason_;
   std::map<std::string, double> counters_;
   std::unique_ptr<Worker> worker_;  // from the first job on
-  std::string overdue_;             // what takes too long, in words; empty: nothing
+  std::string overdue_;             // the job over its budget, as text; empty: none
   std::int64_t jobs_dropped_ = 0;
   std::int64_t status_seq_ = 0;
   std::int64_t heartbeat_seq_ = 0;

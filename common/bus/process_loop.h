@@ -28,7 +28,7 @@ class ProcessLoop final : public Loop {
   TimerId at(Utime when, Task task) override;
   TimerId every(Utime period, Task task) override;
   void cancel(TimerId timer) override;
-  /// To the devices of the node whose loop this is.
+  /// TCP connections to the node's devices.
   Sockets& sockets() { return *sockets_; }
   /// A thread of its own.
   std::unique_ptr<Worker> make_worker() override;

@@ -16,7 +16,7 @@ namespace berth {
 
 class SimulatedLoop;
 
-/// Pending events of a Simulation: by time, those of one time in the order of their requests.
+/// Pending events of a Simulation, ordered by time and, at equal times, by order of insertion.
 class EventQueue {
  public:
   struct Event {
@@ -27,7 +27,7 @@ class EventQueue {
 
   /// @return its name for cancel(), never 0
   Loop::TimerId add(Utime when, Event event);
-  /// Of one that is over or cancelled: does nothing.
+  /// No effect on an event that is over or cancelled.
   void cancel(Loop::TimerId timer);
   /// When the next event is due; nothing: there is none.
   std::optional<Utime> next();
@@ -37,7 +37,7 @@ class EventQueue {
  private:
   struct Slot {
     Event event;
-    std::uint32_t uses = 1;  // one more when it is free again: names of its past mean nothing
+    std::uint32_t uses = 1;  // incremented when the slot is freed: invalidates its former names
   };
   struct Entry {
     Utime when;
@@ -65,9 +65,9 @@ class EventQueue {
 class SimulatedLoop;
 class SimulatedBus;
 
-/// The twin's world of events: one clock that jumps from event to event, one thread, deterministic
-/// to the bit. Every node has its own SimulatedLoop and SimulatedBus, which live as long as the
-/// Simulation. A node that is destroyed must not be run on: destroy nodes after the last event.
+/// The twin's world of events: one clock that advances from event to event, one thread,
+/// reproducible to the bit. Every node has its own SimulatedLoop and SimulatedBus, which live as
+/// long as the Simulation. Destroy nodes after the last event only.
 class Simulation {
  public:
   struct Options {
@@ -92,24 +92,26 @@ class Simulation {
   bool run_until(const std::function<bool()>& done, Utime limit);
 
   SimulatedLoop& make_loop();
-  /// What is published on this bus leaves after compute_delay: how long the node's work takes.
+  /// Messages published on this bus leave after compute_delay, the duration of the node's
+  /// computation.
   SimulatedBus& make_bus(Utime compute_delay = 0);
 
-  /// As SIGSTOP does to a process: from now on nothing of the node runs. What comes meanwhile
-  /// waits, connections stay open.
+  /// As SIGSTOP does to a process: the node's code no longer runs. Incoming messages wait,
+  /// connections stay open.
   void stop(SimulatedLoop& loop, SimulatedBus& bus);
-  /// As SIGCONT: what has waited comes at once, in its order; timers skip the beats they missed.
+  /// As SIGCONT: waiting messages are delivered at once, in their order; timers skip the beats they
+  /// missed.
   void go_on(SimulatedLoop& loop, SimulatedBus& bus);
   /// As an endless loop in the node's worker: its jobs wait, while its loop goes on.
   void stop_work(SimulatedLoop& loop);
-  /// Those that have waited run at once, in their order.
+  /// Waiting jobs run at once, in their order.
   void go_on_with_work(SimulatedLoop& loop);
   /// As SIGKILL, once the node is destroyed: nothing is delivered to it any more.
   void kill(SimulatedLoop& loop, SimulatedBus& bus);
-  /// Of the packets sent from now on.
+  /// Loss of the packets sent from now on.
   void set_bus_loss(double share);
 
-  /// Sees every message at the time at which it is delivered, in order, the lost ones too.
+  /// Receives every message, lost ones included, in order, at the time of its delivery.
   using Recorder = std::function<void(Utime, const std::string& channel, Bytes)>;
   void record(Recorder recorder);
 

@@ -107,7 +107,7 @@ Sockets::~Sockets() {
   }
 }
 
-Sockets::Found Sockets::ask_system(const std::string& host, const std::string& port) {
+Sockets::Found Sockets::resolve_by_system(const std::string& host, const std::string& port) {
   return resolve(host, port, 0);
 }
 
@@ -117,8 +117,7 @@ void Sockets::dial(const std::string& address, Ready connected, Utime timeout) {
   dialling->address = address;
   dialling->connected = std::move(connected);
   dialling->timer = loop_.after(timeout, [this, dialling, timeout] {
-    end(*dialling, Socket(),
-        "nobody answers within " + std::to_string(timeout / millisecond) + " ms");
+    end(*dialling, Socket(), "no answer within " + std::to_string(timeout / millisecond) + " ms");
   });
   const Found numeric = resolve(host, port, AI_NUMERICHOST);
   if (numeric.address) return connect(dialling, numeric);
@@ -131,8 +130,8 @@ void Sockets::look_up(const std::shared_ptr<Dialling>& dialling, const std::stri
   auto& waiting = looked_up_[address];
   waiting.push_back(dialling);
   if (waiting.size() > 1) return;  // the query is under way
-  std::thread([link = link_, ask = look_up_, address, host = host, port = port] {
-    const Found found = ask(host, port);
+  std::thread([link = link_, resolver = look_up_, address, host = host, port = port] {
+    const Found found = resolver(host, port);
     const std::lock_guard lock(link->mutex);
     if (link->sockets == nullptr) return;
     link->sockets->loop_.post([link, address, found] {
@@ -185,7 +184,7 @@ std::string Sockets::trouble(const std::string& address) const {
 
 void Sockets::listen(const std::string& address, Ready accepted) {
   const auto [host, port] = split(address);
-  const Found found = resolve(host, port, 0);  // before anything runs that could be kept waiting
+  const Found found = resolve(host, port, 0);  // before other threads run: this may block
   if (!found.address) throw complaint(address, found.error);
   const sockaddr_in at = *found.address;
   const int fd = stream_socket();

@@ -18,7 +18,7 @@
 
 namespace berth {
 
-/// A socket's descriptor, closed with its holder. Nothing here waits.
+/// A socket's descriptor, closed with its holder. No call blocks.
 class Socket {
  public:
   explicit Socket(int fd = -1) : fd_(fd) {}
@@ -30,11 +30,10 @@ class Socket {
   ~Socket();
   int fd() const { return fd_; }  ///< -1: none
   int release() { return std::exchange(fd_, -1); }
-  /// @return how many bytes have come and were taken; 0 when there are none now; nothing when the
-  /// peer is gone and all it sent has been read.
+  /// @return number of bytes read, 0 when there are none now; nothing when the peer is gone and all
+  /// its bytes have been read.
   std::optional<std::size_t> read(std::span<std::uint8_t> into) const;
-  /// @return how many of the bytes were taken, fewer when the peer does not read; nothing when it
-  /// is gone.
+  /// @return number of bytes written, fewer when the peer does not read; nothing when it is gone.
   std::optional<std::size_t> write(std::span<const std::uint8_t> bytes) const;
 
  private:
@@ -42,7 +41,7 @@ class Socket {
 };
 
 /// TCP connections to devices and from hosts, on a ProcessLoop, which must outlive this. Addresses
-/// are "host:port". Names are looked up on a thread of their own, each once at a time: the system's
+/// are "host:port". Names are resolved on a thread of their own, each once at a time: the system's
 /// resolver may take half a minute. Called from the loop only.
 class Sockets {
  public:
@@ -50,7 +49,7 @@ class Sockets {
     std::optional<sockaddr_in> address;
     std::string error;  ///< when there is none
   };
-  /// Asked on a thread of its own; it may block.
+  /// Resolver; called on a thread of its own, so that it may block.
   using LookUp = std::function<Found(const std::string& host, const std::string& port)>;
   /// The socket does not block (O_NONBLOCK).
   using Ready = std::function<void(Socket)>;
@@ -58,17 +57,17 @@ class Sockets {
   /// the next one.
   static constexpr Utime dial_timeout = 1 * second;
 
-  explicit Sockets(ProcessLoop& loop, LookUp look_up = ask_system);
+  explicit Sockets(ProcessLoop& loop, LookUp look_up = resolve_by_system);
   ~Sockets();
   Sockets(const Sockets&) = delete;
   Sockets& operator=(const Sockets&) = delete;
 
-  /// Looks the name up and connects, without waiting; calls back with the socket, or with none
+  /// Resolves the name and connects, without blocking; calls back with the socket, or with none
   /// where no server listens or none has answered within the time-out.
   /// @throws InputError when the address is not of the form host:port.
   void dial(const std::string& address, Ready connected, Utime timeout = dial_timeout);
-  /// Why the address cannot be reached by any patience: its name is not known, or no host has
-  /// answered in time. Empty: nothing of the kind was seen when it was dialled last.
+  /// Why repeated dialling is in vain: the name is unknown, or no host answered in time. As of the
+  /// last attempt; empty: no such reason.
   std::string trouble(const std::string& address) const;
   /// Accepts connections until this ends.
   /// @throws InputError when the address cannot be listened on.
@@ -76,13 +75,13 @@ class Sockets {
 
  private:
   struct Dialling;
-  /// Through which a thread finds the sockets, as long as they are there.
+  /// Gives a resolver's thread access to the sockets while they exist.
   struct Link {
     std::mutex mutex;
     Sockets* sockets = nullptr;
   };
 
-  static Found ask_system(const std::string& host, const std::string& port);
+  static Found resolve_by_system(const std::string& host, const std::string& port);
   void look_up(const std::shared_ptr<Dialling>& dialling, const std::string& host,
                const std::string& port);
   void connect(const std::shared_ptr<Dialling>& dialling, const Found& found);

@@ -33,10 +33,10 @@ class Worker {
     Utime budget = 0;  ///< us
   };
 
-  /// Waits for the end of the job under way; drops those that wait, and what is not done yet.
+  /// Waits for the end of the job under way; drops the waiting jobs and the pending `done` calls.
   virtual ~Worker() = default;
   virtual void give(Job job) = 0;
-  /// Given and not done.
+  /// Jobs given whose `done` has not run yet.
   virtual std::size_t waiting() const = 0;
   virtual std::optional<Overdue> overdue() const = 0;
 };
@@ -61,7 +61,7 @@ class ThreadWorker final : public Worker {
   mutable std::mutex mutex_;
   std::condition_variable given_;
   std::deque<std::shared_ptr<Job>> jobs_;  // the first is under way, or should be
-  Utime begun_ = 0;                        // since the first is the first
+  Utime begun_ = 0;                        // when the first job began
   bool ends_ = false;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  // read and written on the loop
   std::thread thread_;

@@ -12,7 +12,7 @@
 
 namespace berth::clouds {
 
-/// Where every point of a file went: points is the sum of all others.
+/// How the points of a file were used: `points` is the sum of all others.
 struct CloudCounts {
   std::size_t points = 0;  ///< rows of the file, empty beams included
   std::size_t hits = 0;
@@ -40,7 +40,7 @@ struct Cloud {
   bool has_misses = false;  ///< the format has empty beams
   bool has_times = false;   ///< else the scan is taken to be of one time
   bool has_sigmas = false;
-  std::vector<std::string> notes;  ///< what a user should know of how the file was read
+  std::vector<std::string> notes;  ///< remarks for the user on how the file was read
 };
 
 /// Options for information that files lack.

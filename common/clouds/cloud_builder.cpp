@@ -67,8 +67,8 @@ struct Name {
   }
 };
 
-/// How programs call the axes: '%' stands for x, y, z, '#' for 0, 1, 2. The first spelling that
-/// names all three counts.
+/// Names that programs give to the axes: '%' stands for x, y, z, '#' for 0, 1, 2. The first
+/// spelling that is complete counts.
 constexpr std::array<std::string_view, 12> spellings = {
     "%",          "points:#",   "points_#",     "points_m_xyz:#", "points_m_xyz_#", "%1",
     "cartesian%", "position_%", "coordinate_%", "%_coordinate",   "pos_%",          "point_%"};
@@ -155,7 +155,7 @@ struct TimeUnit {
 };
 constexpr std::array<TimeUnit, 4> time_units = {{{"s", 1e6}, {"ms", 1e3}, {"us", 1}, {"ns", 1e-3}}};
 
-/// A scan takes no longer.
+/// Maximum duration of a scan.
 constexpr double max_scan_us = 3600e6;
 /// Times since 1970 that a scanner may have: the years 2000 to 2100. In the four units these
 /// intervals have no number in common.
@@ -253,8 +253,8 @@ void CloudBuilder::set_sigmas() {
   }
   cloud_.has_sigmas = unusable < cloud_.beams.size();
   if (unusable == 0) return;
-  note("'" + columns_.sigma.name + "' says nothing of " + std::to_string(unusable) + " of " +
-       std::to_string(cloud_.beams.size()) +
+  note("'" + columns_.sigma.name + "' has no usable value for " + std::to_string(unusable) +
+       " of " + std::to_string(cloud_.beams.size()) +
        " points (empty, negative or no number): they have the LIDAR's noise");
 }
 
@@ -279,17 +279,17 @@ void CloudBuilder::set_times() {
     const TimeUnit* const unit = unit_by_magnitude(*first, *last, whole);
     if (unit == nullptr) {
       return unused("is from " + shown(*first) + " to " + shown(*last) +
-                    " and its name says no unit: --time-unit says it");
+                    " and its name has no unit: give it with --time-unit");
     }
     us = unit->us;
     note("times are read as " + std::string(unit->name) + ": " + column +
-         " says no unit, its values do; --time-unit says otherwise");
+         " names no unit, which is inferred from the values; --time-unit overrides it");
   }
   constexpr double max_utime = 9e18;  // what 64 bits hold
   if (!((*last - *first) * *us <= max_scan_us) || !(std::abs(*first * *us) < max_utime) ||
       !(std::abs(*last * *us) < max_utime)) {
     return unused("is from " + shown(*first) + " to " + shown(*last) + " " + unit_name(*us) +
-                  ", no scan takes an hour: --time-unit says the unit");
+                  ", no scan takes an hour: give the unit with --time-unit");
   }
   cloud_.has_times = true;
   for (std::size_t i = 0; i < times_.size(); ++i) {
@@ -302,8 +302,8 @@ Cloud CloudBuilder::finish() {
   set_times();
   const auto scaled = [](const Column& column) { return column.scale != 1; };
   if (scaled(columns_.x) || scaled(columns_.y) || scaled(columns_.z)) {
-    note("coordinates are in the units that '" + columns_.x.name + "', '" + columns_.y.name +
-         "' and '" + columns_.z.name + "' say");
+    note("coordinates have the units of the columns '" + columns_.x.name + "', '" +
+         columns_.y.name + "' and '" + columns_.z.name + "'");
   }
   return std::move(cloud_);
 }

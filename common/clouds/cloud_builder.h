@@ -19,7 +19,7 @@ struct Column {
   explicit operator bool() const { return index >= 0; }
 };
 
-/// Which columns of a table hold what a cloud is made of.
+/// The columns of a table that a cloud is made of.
 struct Columns {
   Column x, y, z;
   Column sigma;          ///< of the range
@@ -68,7 +68,7 @@ class CloudBuilder {
   /// Empty places of an organised cloud were beams.
   void take_not_finite_as_empty();
 
-  /// Decides what times and sigmas are worth, for all rows alike.
+  /// Decides, for all rows alike, whether times and sigmas are usable.
   Cloud finish();
 
  private:

@@ -282,7 +282,7 @@ class BinaryRows {
   std::string_view bytes_;
 };
 
-/// Cells are values, of an array several: they are no coordinate, time or sigma.
+/// One cell per value. An array has several cells and is no coordinate, time or sigma.
 Table text_table(const Header& header, std::string_view data, const std::string& file) {
   if (header.values() > data.size()) {
     throw InputError(file + ": found a file cut short, expected " +

@@ -137,7 +137,7 @@ class BeamGrid {
 
   /// Unit. @return false when it is unknown.
   bool direction(std::size_t column, std::size_t row, Vector3d& direction) const;
-  /// The returns do lie on such a grid.
+  /// Whether the returns lie on such a grid.
   bool regular() const { return regular_; }
   /// Median angle between the returns and the grid, rad.
   double residual_rad() const { return residual_; }
@@ -158,7 +158,7 @@ BeamGrid::BeamGrid(const std::vector<Vector3d>& points, std::size_t rows) {
   longitude_ = best.longitude;
   latitude_ = best.latitude;
   residual_ = best.residual;
-  // Beams may tremble by as much as a milliradian, or by half a step of the grid.
+  // Tolerance of a beam's direction: a milliradian or half a step of the grid, whichever is more.
   const double step = std::max(step_of(longitude_), step_of(latitude_));
   regular_ = residual_ < std::max(1e-3, 0.5 * step);
   fill_gaps(longitude_);
@@ -248,9 +248,9 @@ Cloud parse_ptx(std::string_view text, const std::string& file, const CloudOptio
   }
   if (!all_directed) {
     cloud.note(grid.regular()
-                   ? "the returns are too few to tell the direction of all empty beams"
+                   ? "the returns are too few to determine the direction of all empty beams"
                    : "the beams are no regular grid (" + fixed(1e3 * grid.residual_rad(), 1) +
-                         " mrad off): nothing tells the directions of the empty ones");
+                         " mrad off): the directions of the empty ones are unknown");
   }
   return cloud.finish();
 }

@@ -9,13 +9,14 @@
 
 namespace berth::clouds {
 
-/// How a text parts its cells and writes its numbers: one decision for a whole file.
+/// Delimiter of cells and format of numbers, the same for a whole file.
 struct TextFormat {
   char delimiter = ' ';  ///< ' ': any run of blanks and tabs, between which no cell is empty
   char decimal = '.';
 };
 
-/// What is wrong with a line. Of two readings the one that got further names the fault better.
+/// An error in a line. Of two ways to read the file, the error of the one that got further is
+/// reported.
 class LineError : public InputError {
  public:
   LineError(const std::string& text, std::size_t line, std::size_t cell)

@@ -98,7 +98,7 @@ class Reading {
     return false;
   }
 
-  /// At the first point: what the columns are, and how many.
+  /// Determines columns and their number at the first point.
   void begin() {
     const auto& cells = lines_.cells();
     width_ = cells.size();
@@ -151,7 +151,7 @@ class Reading {
             return true;
           }
         }
-        in_order = in_order && says_first_three(names);
+        in_order = in_order && allows_first_three(names);
       }
     }
     if (!in_order) {
@@ -162,8 +162,8 @@ class Reading {
     return false;
   }
 
-  /// Of a comment that is no list of the columns: it does not contradict x y z as the first three.
-  bool says_first_three(const std::vector<std::string>& names) const {
+  /// Whether a comment that does not list all columns is consistent with x y z as the first three.
+  bool allows_first_three(const std::vector<std::string>& names) const {
     const auto place = [&](const char* name) {
       return std::find_if(names.begin(), names.end(),
                           [name](const std::string& other) {
@@ -213,7 +213,7 @@ class Reading {
     look_for_ambiguity();
   }
 
-  /// What all rows have in common may leave two ways to read them.
+  /// Refuses a text whose rows can all be read in two ways.
   void look_for_ambiguity() {
     const auto& cells = lines_.cells();
     const Columns& columns = table_.columns;

@@ -59,7 +59,7 @@ class ArmKinematics {
   virtual Pose forward(const Joints& joints) const = 0;
   /// T_base_link for links 0..6.
   virtual std::array<Pose, 7> link_poses(const Joints& joints) const = 0;
-  /// All branches within the limits. Empty when out of reach; reason then says why.
+  /// All branches within the limits. Empty when out of reach; reason then gives the cause.
   virtual std::vector<InverseSolution> inverse(const Pose& flange, std::string* reason) const = 0;
   /// Smallest singular value of the flange Jacobian scaled by the arm's reach; 0 at a singularity.
   virtual double manipulability(const Joints& joints) const = 0;
@@ -69,10 +69,11 @@ class ArmKinematics {
   const std::string& name() const { return name_; }
   const std::array<JointLimit, 6>& limits() const { return limits_; }
   bool is_linear(int joint) const { return linear_[static_cast<std::size_t>(joint)]; }
-  /// What moves the motors: relative joint 3 = J2 + J3 on a Fanuc parallelogram; the others as they
-  /// are.
+  /// Motor coordinates of the joints: on a Fanuc parallelogram joint 3's motor turns J2 + J3; the
+  /// others are unchanged.
   virtual Joints motor_joints(const Joints& joints) const { return joints; }
-  /// Empty when the joints are within all limits, else a sentence naming joint, value and limit.
+  /// Empty when the joints are within all limits, else a sentence that names joint, value and
+  /// limit.
   virtual std::string limit_violation(const Joints& joints) const = 0;
   const std::vector<ArmBody>& bodies() const { return bodies_; }
 

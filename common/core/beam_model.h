@@ -9,7 +9,7 @@ namespace berth {
 
 class Config;
 
-/// What became of a beam, in the order of scan_packet2_t and of the LIDAR protocol.
+/// Outcome of a beam, in the order of scan_packet2_t and of the LIDAR protocol.
 enum class BeamStatus : std::uint8_t { hit, miss, too_near, too_far, saturated };
 
 /// The noise and limits of one beam, shared by simulator, tracker and scan planner (DESIGN: one
@@ -17,7 +17,7 @@ enum class BeamStatus : std::uint8_t { hit, miss, too_near, too_far, saturated }
 /// Table 1.
 struct BeamModel {
   double range_sigma_m = 0.01;
-  double range_bias_m = 0;  ///< 1 sigma: what all ranges of a run have in common
+  double range_bias_m = 0;  ///< 1 sigma of the error common to all ranges of a run
   double azimuth_sigma_rad = 1e-4;
   double elevation_sigma_rad = 1e-4;
   double divergence_rad = 0.17e-3;  ///< full angle
@@ -34,15 +34,15 @@ struct BeamModel {
   /// Variance (m^2) along the beam of a return from a surface at this range and incidence (rad from
   /// the normal): range noise, and angle noise seen through the surface's slope.
   double range_variance(double range, double incidence) const;
-  /// Of the angle noise, rad^2: the mean over both directions.
+  /// Variance of the angle noise, rad^2: the mean over both directions.
   double angle_variance() const {
     return 0.5 *
            (azimuth_sigma_rad * azimuth_sigma_rad + elevation_sigma_rad * elevation_sigma_rad);
   }
   /// Width of the beam on a surface square to it, m.
   double footprint(double range) const { return aperture_m + divergence_rad * range; }
-  /// Across an edge, m^2: of where a beam is that half meets the surface, a footprint being four
-  /// sigmas wide.
+  /// Variance across an edge, m^2, of the place of a beam that half meets the surface: its
+  /// footprint is four sigmas wide.
   double edge_variance(double range) const {
     const double spread = 0.25 * footprint(range);
     return spread * spread + angle_variance() * range * range;

@@ -8,7 +8,7 @@
 
 namespace berth {
 
-/// The values that a key may have, in SI units: any unless said otherwise.
+/// The values that a key may have, in SI units; by default any.
 ///
 ///     above(0).below(0.9)
 struct ValueBounds {

@@ -64,8 +64,9 @@ double rod_length(const Mesh& target, const Quaterniond& attitude, double gap) {
   return gap + back;
 }
 
-/// The target is held where its description says; without a word it hangs on the faceplate's axis:
-/// by its back, or by its side where that rod would be too long for the arm to make room behind it.
+/// The target is held where its description defines the mount. By default it hangs on the
+/// faceplate's axis: by its back, or by its side where that rod would be too long for the arm to
+/// make room behind it.
 void mount_target(Config& config, Cell& cell) {
   const double gap = config.quantity("gap", Dimension::length, at_least(0));
   const double diameter = config.quantity("diameter", Dimension::length, above(0));
@@ -82,8 +83,8 @@ void mount_target(Config& config, Cell& cell) {
   cell.mount = make_mount(target, cell.replica.tool, diameter);
 }
 
-/// The replica arm's joints nearest to those given that place the target before the waiting sensor,
-/// however long its rod is. Those given, where there are none.
+/// The replica arm's joints, nearest to those given, that place the target before the sensor at
+/// home, for any length of rod. Those given, where there are none.
 Joints home_with_target(const Cell& cell, const Pose& relative) {
   const PlacedArm& arm = cell.replica;
   const Pose model = cell.sensor.tool_pose(cell.sensor.home) * relative;

@@ -30,7 +30,7 @@ struct PlacedArm {
 struct RoomBody {
   std::string name;
   Mesh mesh;              ///< cell frame
-  bool keep_out = false;  ///< not there to be seen; only not to be entered
+  bool keep_out = false;  ///< invisible: a volume that must not be entered
 };
 
 /// The nominal cell: a layout file (config/layouts) with the target mounted.
@@ -39,8 +39,8 @@ struct Cell {
   std::string layout;
   PlacedArm replica;
   PlacedArm sensor;
-  std::string lidar;          ///< config/lidars/<lidar>.yaml; empty: the one of the devices
-  double greatest_speed = 0;  ///< m/s that relative motion may have here; 0: as anywhere
+  std::string lidar;          ///< config/lidars/<lidar>.yaml; empty: that of devices.yaml
+  double greatest_speed = 0;  ///< m/s, limit of relative motion in this layout; 0: the testbed's
   double sensor_share = 0.5;  ///< of the travel along the line of sight that the sensor arm takes
   Mesh mount;                 ///< between the replica arm's flange and the target, flange frame
   Mesh sensor_housing;        ///< flange frame of the sensor arm

@@ -61,7 +61,7 @@ std::vector<char*> pointers_to(std::vector<std::string>& words) {
   return pointers;
 }
 
-/// NAME=VALUE, ours and then the new ones, which replace ours.
+/// NAME=VALUE: our environment, with the new variables added or replaced.
 std::vector<std::string> environment_with(
     const std::vector<std::pair<std::string, std::string>>& more) {
   std::vector<std::string> all;
@@ -84,7 +84,8 @@ InputError not_started(const std::string& program, int error) {
   return InputError(program + ": cannot be started: " + strerror(error));
 }
 
-/// Both at once: a program that fills one while we wait for the other would wait for ever.
+/// Reads both pipes at once: a program that fills one while we wait for the other would block for
+/// ever.
 void read_both(int text, int errors, ProgramOutput& into) {
   std::array<pollfd, 2> from = {{{text, POLLIN, 0}, {errors, POLLIN, 0}}};
   const std::array<std::string*, 2> texts = {&into.text, &into.errors};
@@ -144,7 +145,7 @@ ChildProcess::ChildProcess(const std::vector<std::string>& arguments, const Chil
   std::vector<std::string> environment = environment_with(options.environment);
   const std::vector<char*> argv = pointers_to(words);
   const std::vector<char*> envp = pointers_to(environment);
-  Pipe trouble;  // closed by the kernel when the program runs, else it gets why it does not
+  Pipe trouble;  // closed by the kernel when the program runs, else it receives the error
   start(options, [&] {
     sigset_t none;
     sigemptyset(&none);
@@ -191,7 +192,7 @@ void ChildProcess::start(const ChildOptions& options, const std::function<void()
   const std::array<int, 3> streams = {options.input < 0 ? nothing.get() : options.input,
                                       file.get() < 0 ? options.output : file.get(),
                                       file.get() < 0 ? options.errors : file.get()};
-  // The terminal may go away at any moment: between fork and setsid, too.
+  // The terminal may close at any moment: between fork and setsid, too.
   sigset_t hangup;
   sigset_t before;
   sigemptyset(&hangup);
@@ -282,7 +283,7 @@ ProcessEnd feed_program(const std::vector<std::string>& arguments, const std::st
   std::fflush(nullptr);
   ChildProcess child(arguments, options);
   to_program.out.close();
-  const auto before = ::signal(SIGPIPE, SIG_IGN);  // one that does not read must not end us
+  const auto before = ::signal(SIGPIPE, SIG_IGN);  // a program that does not read must not end us
   std::size_t written = 0;
   while (written < input.size()) {
     const ssize_t n = write(to_program.in.get(), input.data() + written, input.size() - written);

@@ -58,7 +58,7 @@ struct ChildOptions {
   int input = -1;   ///< descriptor of its standard input; -1: /dev/null
   int output = -1;  ///< and of its standard output; -1: ours
   int errors = -1;  ///< and of its standard error; -1: ours
-  /// Where both are appended instead; empty: where those say.
+  /// File to which output and errors are appended instead; empty: the descriptors above apply.
   std::filesystem::path output_file;
   bool dies_with_parent = true;
   bool outlives_object = false;  ///< it is not killed when its object is destroyed
@@ -69,13 +69,13 @@ struct ChildOptions {
 /// it was started to outlive it.
 class ChildProcess {
  public:
-  /// Another program, without a shell.
+  /// Starts another program, without a shell.
   /// @param arguments the first is the program, of the PATH when it has no slash
   /// @throws InputError when it cannot be started or its output file not be written.
   ChildProcess(const std::vector<std::string>& arguments, const ChildOptions& options);
-  /// A copy of this process, in one thread, that ends with what `body` returns. Destructors of what
-  /// the parent had do not run there. @throws std::system_error when there are no more processes,
-  /// InputError when its output file cannot be written.
+  /// Forks this process, in one thread; the copy exits with the value that `body` returns.
+  /// Destructors of the parent's objects do not run there. @throws std::system_error when there are
+  /// no more processes, InputError when its output file cannot be written.
   ChildProcess(const std::function<int()>& body, const ChildOptions& options);
   ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;

@@ -36,7 +36,7 @@ std::optional<std::int64_t> whole_number(const std::string& text) {
     if (size > max_value || (size == max_value && !negative)) return std::nullopt;
     return static_cast<std::int64_t>(negative ? 0 - size : size);
   }
-  constexpr double exact = 9007199254740992;  // above it a double tells no two whole numbers apart
+  constexpr double exact = 9007199254740992;  // doubles skip whole numbers above it
   double value = -1;
   const auto real = std::from_chars(digits.data(), end, value);
   const bool whole = real.ec == std::errc() && real.ptr == end && value == std::floor(value) &&
@@ -45,7 +45,7 @@ std::optional<std::int64_t> whole_number(const std::string& text) {
   return static_cast<std::int64_t>(negative ? -value : value);
 }
 
-/// Behind what has the bounds: " above 0", " of at least 1 mm".
+/// The bounds as text, to follow the quantity's name: " above 0", " of at least 1 mm".
 std::string in_words(const ValueBounds& bounds, Dimension dimension) {
   const std::string text = text_of(bounds, dimension);
   return (text.rfind("at ", 0) == 0 ? " of " : " ") + text;

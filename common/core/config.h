@@ -33,14 +33,14 @@ using Choices = std::initializer_list<std::pair<const char*, T>>;
 ///     Config config = Config::load("lidar.yaml");
 ///     Beam beam;
 ///     config.optional("rate", Dimension::frequency, beam.rate_hz, above(0));
-///     config.finish();            // complains of any key that nobody asked for
+///     config.finish();            // throws for any key that was not read
 class Config {
  public:
   /// Reads a file, as read_yaml() does.
   static Config load(const std::filesystem::path& path);
   /// Reads text; name stands in for the file in messages.
   static Config parse(const std::string& text, const std::string& name);
-  /// Of what was read already. @throws InputError unless it is a map.
+  /// Of a node that was read already. @throws InputError unless it is a map.
   Config(const YamlNode& node, std::string file);
   /// The same place in the same file, holding another map.
   Config holding(const YamlNode& node) const;
@@ -65,7 +65,7 @@ class Config {
   std::string text(const std::string& key);
   /// One of the words given.
   std::string choice(const std::string& key, const std::vector<std::string>& words);
-  /// What one of the words means: choice<Side>("on", {{"left", Side::left}, ...}).
+  /// The value that a word stands for: choice<Side>("on", {{"left", Side::left}, ...}).
   template <class T>
   T choice(const std::string& key, Choices<T> choices) {
     return meaning(choice(key, words_of(choices)), choices);
@@ -127,7 +127,7 @@ class Config {
   /// @throws InputError of the key when nothing is there.
   std::filesystem::path existing(const std::string& key, const std::string& path) const;
 
-  /// The keys that readers asked for so far, whether there or not.
+  /// The keys that readers have requested so far, present or not.
   const std::set<std::string>& keys_read() const { return read_; }
 
   const std::string& file() const { return file_; }
@@ -141,10 +141,10 @@ class Config {
   using Key = ConfigKey;
 
   Config child(const YamlNode& node, const std::string& name, const std::string& recorded) const;
-  void record(const std::string& key, Key defined);  // for the recorder that there is
+  void record(const std::string& key, Key defined);  // for the thread's recorder
   YamlNode require(const std::string& key);
-  void expect_present_name(const std::string& key) const;  // @throws InputError for one of before
-  bool known(const std::string& key);  // marks an optional key as one that may be there
+  void expect_present_name(const std::string& key) const;  // @throws InputError for a former name
+  bool known(const std::string& key);                      // marks an optional key as known
   double convert(const YamlNode& node, const std::string& key, Dimension dimension,
                  const ValueBounds& bounds) const;
   template <class Integer>

@@ -22,7 +22,7 @@ struct ConfigKey {
     pose,    ///< [x, y, z, w, p, r] in mm and degrees
     map,
     maps,   ///< list
-    other,  ///< a grammar of its own, named in words
+    other,  ///< a grammar of its own; `kind` names it
   };
   std::string file = {};
   std::string path = {};  ///< "arms.joints[].low"; NAME stands for a name of the user's own
@@ -32,12 +32,12 @@ struct ConfigKey {
   ValueBounds bounds = {};
   std::vector<std::string> words = {};
   bool required = true;
-  std::string default_value = {};  ///< default, as one would write it; empty: none
+  std::string default_value = {};  ///< default, as written in a file; empty: none
   std::string value = {};          ///< in this file; empty: left out
 };
 
-/// While it lives, every file and text that its thread begins to read as a Config leaves its keys
-/// here, whether the file has them or not.
+/// While it lives, it records the keys of every file and text that its thread begins to read as a
+/// Config, present or not.
 class ConfigRecorder {
  public:
   ConfigRecorder();
@@ -45,11 +45,11 @@ class ConfigRecorder {
   ConfigRecorder(const ConfigRecorder&) = delete;
   ConfigRecorder& operator=(const ConfigRecorder&) = delete;
 
-  /// This thread's; none: nullptr.
+  /// The recorder of this thread; nullptr: none.
   static ConfigRecorder* current();
 
   void add(ConfigKey key) { keys_.push_back(std::move(key)); }
-  /// In the order in which they were asked for; one that was asked for twice is there twice.
+  /// In the order in which they were read; a key that was read twice is listed twice.
   const std::vector<ConfigKey>& keys() const { return keys_; }
 
  private:

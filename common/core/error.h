@@ -6,7 +6,7 @@
 
 namespace berth {
 
-/// What a user gave us is wrong: a file, a key, an option. The message says where, what was found
+/// An error in the user's input: a file, a key, an option. The message states where, what was found
 /// and what was expected; programs print it and exit with 2.
 struct InputError : std::runtime_error {
   using std::runtime_error::runtime_error;

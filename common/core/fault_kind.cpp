@@ -6,7 +6,7 @@
 namespace berth {
 namespace {
 
-/// Of a Modbus server, whosever.
+/// Faults of any device's Modbus server.
 void add_wire(std::vector<FaultKind>& kinds, const std::string& device) {
   kinds.push_back({device, "silent"});
   kinds.push_back({device, "garbage"});

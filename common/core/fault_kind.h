@@ -6,7 +6,7 @@
 
 namespace berth {
 
-/// What a fault's value means.
+/// Quantity of a fault's value.
 enum class FaultValue {
   none,   ///< it is there or not
   share,  ///< 0..1
@@ -17,8 +17,8 @@ enum class FaultValue {
   time     ///< s
 };
 
-/// Something that can be made to go wrong in a simulated cell: whoever asks for it and whoever lets
-/// it happen know the same list.
+/// A fault that can be injected into a simulated cell. Procedures and the simulated devices share
+/// this list.
 struct FaultKind {
   std::string device;
   std::string name;
@@ -31,7 +31,7 @@ struct FaultKind {
 const std::vector<FaultKind>& fault_kinds();
 
 /// @param index of the kind, when it is known.
-/// @return why there is no such fault, naming what is known; empty: there is.
+/// @return why there is no such fault, with the known names; empty: there is.
 std::string unknown_fault(const std::string& device, const std::string& name, std::size_t& index);
 
 /// @return why a fault cannot have this value, SI; empty: it can.

@@ -27,7 +27,7 @@ std::string read_file(const fs::path& path) {
   std::error_code error;
   const fs::file_type type = fs::status(path, error).type();
   if (fs::exists(fs::file_status(type)) && type != fs::file_type::regular) {
-    // A pipe without a writer would keep us waiting, a directory would read as an empty file.
+    // A pipe without a writer would block, a directory would read as an empty file.
     const char* const found = type == fs::file_type::directory ? "a directory" : "no regular file";
     throw InputError(path.string() + ": is " + found + ", expected a file");
   }

@@ -10,20 +10,20 @@ namespace berth {
 /// All bytes of a file. @throws InputError when it cannot be read.
 std::string read_file(const std::filesystem::path& path);
 
-/// A file that is put into its place whole: whatever happens meanwhile, a power cut too, afterwards
-/// there is either what was there before or all that was written. Several processes may write the
-/// same one: the last to finish has it.
+/// A file that is replaced atomically: whatever happens meanwhile, a power cut too, afterwards the
+/// path holds either its former content or all that was written. Several processes may write the
+/// same one: the last to finish wins.
 class WholeFile {
  public:
-  /// @throws InputError when it cannot be written, as all of them.
+  /// @throws InputError when it cannot be written, as do all functions here.
   explicit WholeFile(std::filesystem::path path);
-  /// Without finish() nothing has happened.
+  /// Without finish() the path is unchanged.
   ~WholeFile();
   WholeFile(const WholeFile&) = delete;
   WholeFile& operator=(const WholeFile&) = delete;
 
   void write(std::string_view content);
-  /// Brings it to the disk, then into its place.
+  /// Syncs the content to the disk, then renames it into its place.
   void finish();
 
  private:

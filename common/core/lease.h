@@ -32,7 +32,7 @@ class Lease {
   bool held_by(const std::string& commander, std::int64_t now) const {
     return held(now) && holder_ == commander;
   }
-  /// True once, when the holder has been silent too long.
+  /// True once, when the holder has not renewed it in time.
   bool lapse(std::int64_t now) {
     if (holder_.empty() || now <= expires_) return false;
     holder_.clear();

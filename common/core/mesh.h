@@ -40,7 +40,7 @@ struct Box {
   Vector3d centre() const { return 0.5 * (low + high); }
 };
 
-/// Those triangles alone, in that order, with the vertices that they use; without groups.
+/// A mesh of those triangles alone, in that order, with the vertices that they use; without groups.
 Mesh cut_out(const Mesh& mesh, const std::vector<std::uint32_t>& triangles);
 
 Box bounding_box(const Mesh& mesh);

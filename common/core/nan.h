@@ -5,7 +5,7 @@
 
 namespace berth {
 
-/// What was not measured, or does not apply.
+/// A value that was not measured, or does not apply.
 inline constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace berth

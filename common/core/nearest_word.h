@@ -6,8 +6,7 @@
 
 namespace berth {
 
-/// The one of the words that was probably meant: the nearest by edit distance (Levenshtein), at
-/// most three edits away; empty when none is.
+/// The word nearest by edit distance (Levenshtein), at most three edits away; empty when none is.
 std::string nearest_word(const std::string& word, const std::vector<std::string>& known);
 
 }  // namespace berth

@@ -22,11 +22,11 @@ Eigen::Isometry3d Pose::isometry() const {
 }
 
 Quaterniond rotation_from_vector(const Vector3d& v) {
-  // cos(a/2) and sin(a/2)/a; of small angles by their series, to all digits: for the time it takes.
+  // cos(a/2) and sin(a/2)/a; of small angles by their series, exact to all digits and faster.
   const double square = 0.25 * v.squaredNorm();
   double cosine = 1 - square * (1.0 / 2 - square * (1.0 / 24 - square / 720));
   double scale = 0.5 * (1 - square * (1.0 / 6 - square * (1.0 / 120 - square / 5040)));
-  constexpr double small = 1e-3;  // of the square: what is left out is less than 1e-16
+  constexpr double small = 1e-3;  // of the square: the terms left out are below 1e-16
   if (square > small) {
     const double half = std::sqrt(square);
     cosine = std::cos(half);

@@ -24,7 +24,7 @@ enum class Dimension {
 };
 
 /// The value in SI units of text such as "20 mm/s".
-/// @throws InputError naming the units that would be right.
+/// @throws InputError that names the expected units.
 double parse_quantity(std::string_view text, Dimension dimension);
 
 /// Reads as the value, to ten digits, in the unit that makes it shortest: "0.1 mrad".
@@ -36,8 +36,7 @@ std::string name_of(Dimension dimension);
 /// "a length such as '5.5 m'": for error messages and help.
 std::string describe(Dimension dimension);
 
-/// What the unit of this name is in SI units, as in quantities; nothing where the dimension has
-/// none of that name.
+/// Size of the unit of this name in SI units; nothing where the dimension has none of that name.
 std::optional<double> find_unit(std::string_view name, Dimension dimension);
 /// "m", "mm" ...; of a number "" and "%".
 std::vector<std::string> unit_names(Dimension dimension);

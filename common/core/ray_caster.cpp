@@ -77,7 +77,7 @@ struct RayCaster::Impl {
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
-  /// Embree counts in floats: start it close to the mesh, so that distance costs no precision.
+  /// Embree computes in floats: start rays close to the mesh, so that distance costs no precision.
   /// @return how far it was moved along the ray; negative when the ray passes the mesh by.
   double start(const Ray& ray, double max_range, RTCRay& out) const {
     const Vector3d to_centre = centre - ray.origin;
@@ -142,9 +142,9 @@ struct RayCaster::Impl {
     return any != 0;
   }
 
-  /// Whether rays between these stay so close together that Embree had better take them through
-  /// its tree together. Measured on tracking: always costs 20 % at 1,000 returns, never 18 % at
-  /// 50,000; from 5 to 10 % of the radius it is all the same.
+  /// Whether rays between these stay so close together that Embree's packet traversal pays.
+  /// Measured on tracking: always costs 20 % at 1,000 returns, never 18 % at 50,000; thresholds
+  /// from 5 to 10 % of the radius make no difference.
   bool coherent(const Ray& a, const Ray& b) const {
     constexpr double close = 0.07;  // of the radius, at the mesh
     return (a.direction - b.direction).squaredNorm() * (centre - a.origin).squaredNorm() <
@@ -159,10 +159,10 @@ struct RayCaster::Impl {
     hit.range = hit.normal.dot(plane.corner - ray.origin) / -std::abs(facing);
   }
 
-  /// What Embree found in floats, made exact. coarse: m along the ray.
+  /// Refines Embree's hit in floats to doubles. coarse: m along the ray.
   void refine(const Ray& ray, std::uint32_t triangle, double coarse, RayHit& hit) const {
     meet(ray, triangle, hit);
-    // At a grazing ray the float is better than the triangle's plane in doubles.
+    // For a grazing ray the float is more accurate than the triangle's plane in doubles.
     constexpr double grazing = -1e-3;
     const bool exact =
         hit.normal.dot(ray.direction) < grazing && std::abs(hit.range - coarse) < 1e-3;

@@ -40,7 +40,7 @@ class RayCaster {
   /// neighbours in space. hits: as many as rays; the range is infinite where there is none nearer
   /// than max_range.
   void cast(std::span<const Ray> rays, double max_range, std::span<RayHit> hits) const;
-  /// Where the line of a ray meets a triangle's plane, whatever else is there: hit. The range is
+  /// Where the line of a ray meets a triangle's plane, other surfaces ignored: hit. The range is
   /// infinite where it runs along the plane, and may be negative.
   void meet(const Ray& ray, std::uint32_t triangle, RayHit& hit) const;
   /// The plane of a triangle.

@@ -11,7 +11,7 @@
 namespace berth {
 namespace {
 
-/// Paths as they were, and the last part of each as it is.
+/// Former paths, and the present last part of each.
 constexpr std::pair<std::string_view, std::string_view> renamed_keys[] = {
     {"acquisition.least_elongation", "min_elongation"},
     {"acquisition.least_evidence", "min_evidence"},

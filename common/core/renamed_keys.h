@@ -7,8 +7,8 @@
 
 namespace berth {
 
-/// The name that a key of a user's files has now, nothing where it was not renamed. path: of the
-/// key as it was, with the maps that it is in: "scan_planner.least_margin".
+/// The present name of a key of a user's files; nothing where it was not renamed. path: the key's
+/// former path: "scan_planner.least_margin".
 std::optional<std::string> present_name(const std::string& path);
 
 struct Renamed {
@@ -16,8 +16,8 @@ struct Renamed {
   std::string before, now;  ///< paths
 };
 
-/// A YAML text in which renamed keys have their present names; all else, comments too, is as it
-/// was. name stands in for the file in messages. @throws InputError as read_yaml().
+/// A YAML text in which renamed keys have their present names; all else, comments too, is
+/// unchanged. name stands in for the file in messages. @throws InputError as read_yaml().
 std::string with_present_names(const std::string& text, const std::string& name,
                                std::vector<Renamed>* renamed = nullptr);
 

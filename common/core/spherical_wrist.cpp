@@ -14,7 +14,7 @@ namespace {
 using std::numbers::pi;
 /// Rounding must not put a joint beyond a limit on which it stands.
 constexpr double limit_tolerance = 1e-9;
-/// Below these an angle is not defined by the pose any more.
+/// Below these values the pose does not determine an angle.
 constexpr double singular_sine = 1e-9;
 constexpr double singular_radius = 1e-9;
 
@@ -180,8 +180,8 @@ void SphericalWristArm::place_wrist(const Vector3d& wrist, const Found& found,
   }
 }
 
-/// found(solution) for each that is within the limits; closed(flip, up, front, text) for each way
-/// that is not open, where text() says why.
+/// found(solution) for each within the limits; closed(flip, up, front, text) for each branch
+/// without a solution, where text() gives the cause.
 template <class Found, class Closed>
 void SphericalWristArm::solve(const Pose& flange, const Found& found, const Closed& closed) const {
   Matrix3d reference = flange.rotation.toRotationMatrix();
@@ -245,7 +245,7 @@ std::vector<InverseSolution> SphericalWristArm::inverse(const Pose& flange,
   if (reason == nullptr) return solutions;
   reason->clear();
   if (!solutions.empty()) return solutions;
-  // the way that comes nearest to being one: it ends at a singularity, at a limit, out of reach
+  // the branch nearest to a solution, in this order: singular, beyond a limit, out of reach
   const std::vector<Branch> all = branches(flange);
   for (const char* kind : {"singular", "out of limits", "unreachable"}) {
     for (const Branch& branch : all) {

@@ -81,7 +81,7 @@ Bounds wilson_interval(std::size_t successes, std::size_t trials, double confide
   const double scale = 1 + z * z / n;
   const double centre = (p + z * z / (2 * n)) / scale;
   const double spread = z * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n)) / scale;
-  // Exact where rounding would be seen.
+  // Exact at both ends, without rounding.
   return {successes == 0 ? 0 : centre - spread, successes == trials ? 1 : centre + spread};
 }
 

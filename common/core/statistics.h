@@ -7,15 +7,14 @@
 
 namespace berth {
 
-// Statistics of independent values, in any order and in any unit, on Boost.Math. NaN of no values
-// unless said otherwise.
+// Statistics of independent values, in any order and in any unit, on Boost.Math. NaN without values
+// unless stated otherwise.
 
 /// The values without NaN and infinities.
 std::vector<double> finite(std::vector<double> values);
 
 double mean(const std::vector<double>& values);
-/// Of the population of which these are a sample: divided by one less than their number, of which
-/// there must be two.
+/// Unbiased estimate of the population's variance: divided by n - 1. @pre at least two values
 double variance(const std::vector<double>& values);
 /// Of pairs x[i], y[i], divided by their number; covariance(x, y) / covariance(x, x) is the slope
 /// of the least-squares line. @pre not empty
@@ -38,8 +37,7 @@ Number upper_median(std::vector<Number> values) {
 double chi_squared_quantile(double share, double degrees_of_freedom);
 double students_t_quantile(double share, double degrees_of_freedom);
 
-/// An interval of independent trials that needs no drawing of samples: of any number of trials in a
-/// moment.
+/// Bounds of a confidence interval in closed form.
 struct Bounds {
   double low = 0;
   double high = 0;
@@ -47,8 +45,8 @@ struct Bounds {
   bool contains(double value) const { return low <= value && value <= high; }
 };
 
-/// Wilson's interval (1927) of a share: near its confidence also where the share is near 0 or 1 and
-/// trials are few (Brown, Cai and DasGupta 2001). 0 to 1 without trials.
+/// Wilson's interval (1927) of a share: its coverage is near the confidence also for a share near 0
+/// or 1 and few trials (Brown, Cai and DasGupta 2001). 0 to 1 without trials.
 Bounds wilson_interval(std::size_t successes, std::size_t trials, double confidence = 0.95);
 
 /// Interval of a quantile between order statistics, whose ranks the binomial distribution gives: no
@@ -62,9 +60,9 @@ Bounds quantile_interval(std::vector<double> values, double share, double confid
 /// Student's interval of a mean. All numbers when there are fewer than two.
 Bounds mean_interval(const std::vector<double>& values, double confidence = 0.95);
 
-/// Chance that shares as different as these come from one and the same share: Pearson's chi squared
-/// of successes against failures over groups; those without trials do not count. 1 where there is
-/// nothing to compare.
+/// p-value of the hypothesis that all groups have the same share: Pearson's chi squared of
+/// successes against failures; groups without trials do not count. 1 where there is nothing to
+/// compare.
 double p_of_equal_shares(const std::vector<std::size_t>& successes,
                          const std::vector<std::size_t>& trials);
 

@@ -14,7 +14,7 @@ struct TableOf {
   std::vector<std::vector<Cell>> rows{};
 };
 
-/// One of words, rendered here; one of HTML is in evaluation/report/html.h.
+/// A table of texts, rendered here; that of HTML is in evaluation/report/html.h.
 using Table = TableOf<std::string>;
 
 /// For a terminal, indented by two blanks; control characters in cells have no effect.

@@ -10,7 +10,7 @@ namespace berth {
 std::string fixed(double value, int decimals) {
   char text[400];
   std::snprintf(text, sizeof text, "%.*f", decimals, value);
-  // -0.0 is nothing to tell people
+  // no sign for -0.0
   const bool zero = text[0] == '-' &&
                     std::string_view(text).find_first_of("123456789in") == std::string_view::npos;
   return zero ? text + 1 : text;

@@ -5,9 +5,9 @@
 #include <string>
 #include <string_view>
 
-/// Text of any origin (the bus, files and names of others) made valid in the format in which it
-/// leaves: whatever is written goes through one of these. Bytes that are not UTF-8, and characters
-/// that the format cannot hold, become U+FFFD.
+/// Text of any origin (the bus, files, names) made valid in its output format: all output goes
+/// through one of these. Bytes that are not UTF-8, and characters that the format cannot hold,
+/// become U+FFFD.
 namespace berth {
 
 /// Bytes of the well-formed character of UTF-8 (Unicode 15, table 3-7) that a text begins with; 0
@@ -35,15 +35,15 @@ std::string markup_text(std::string_view text);
 /// only line ends and tabs are kept.
 std::string csv_field(std::string_view text);
 
-/// Words for a terminal: nothing in them drives it. Of the control characters only '\n' and tabs
-/// are kept.
+/// Text for a terminal, without control sequences. Of the control characters only '\n' and tabs are
+/// kept.
 std::string terminal_text(std::string_view text);
 /// The same in one line: line ends and tabs are blanks.
 std::string terminal_line(std::string_view text);
 /// Writes terminal_text().
 void print_text(std::string_view text, std::FILE* file = stdout);
 
-/// Characters of UTF-8 text: columns of a terminal, where none is wide.
+/// Number of characters of UTF-8 text: columns of a terminal when none is wide.
 std::size_t columns(std::string_view text);
 /// Its first ones.
 std::string_view first_columns(std::string_view text, std::size_t count);

@@ -3,7 +3,7 @@
 
 namespace berth {
 
-// Where no program says better: tests, which need not be linked again at every commit.
+// Default of programs that define none: tests, so that a commit does not relink them.
 [[gnu::weak]] const char* version() { return "unversioned"; }
 
 }  // namespace berth

@@ -153,7 +153,7 @@ std::string shown_tag(const std::string& tag) {
 
 }  // namespace
 
-/// Makes the nodes as the parser comes by them. What it throws ends the parser's own recursion too.
+/// Makes the nodes from the parser's events. An exception ends the parser's recursion too.
 class YamlTree : public YAML::EventHandler {
  public:
   explicit YamlTree(const std::string& name) : name_(name) {}
@@ -325,7 +325,7 @@ class YamlTree : public YAML::EventHandler {
     }
   }
 
-  /// What the map has itself goes before what it merges, an earlier map before a later one.
+  /// The map's own keys take precedence over merged ones, earlier maps over later ones.
   static void merge(Open& open) {
     for (const YamlNode& map : open.merged) {
       for (const YamlNode::Entry& entry : map.entries()) {

@@ -10,8 +10,8 @@
 
 namespace berth {
 
-/// What a YAML file holds: nothing, a text, a list or a map, and its line. A handle: a
-/// copy shares its content.
+/// A node of a YAML file: nothing, a text, a list or a map, and its line. A handle: a copy shares
+/// its content.
 class YamlNode {
  public:
   enum class Kind { nothing, text, list, map };

@@ -12,8 +12,7 @@ namespace {
 
 /// A text that needs no quotes, in a list in brackets and out of it.
 bool is_plain(const std::string& text) {
-  // A merge, as a key; the marks of documents, at a line's start; what other readers of YAML take
-  // for more than a letter.
+  // A merge key; document marks at a line's start; characters with a meaning to other YAML readers.
   const std::string start = text.substr(0, 3);
   if (text == "<<" || start == "---" || start == "...") return false;
   if (text.empty() || std::string("@`%").find(text[0]) != std::string::npos) return false;
@@ -204,7 +203,7 @@ std::optional<YamlSpan> span_of(const std::string& text, const YamlNode& node) {
 
 std::optional<std::string> edited(const std::string& text, const std::vector<YamlEdit>& edits,
                                   const YamlNode& expected) {
-  std::map<std::size_t, const YamlEdit*> by_place;  // what aliases stand for once
+  std::map<std::size_t, const YamlEdit*> by_place;  // a value with several aliases is listed once
   for (const YamlEdit& edit : edits) by_place[edit.span.begin] = &edit;
   std::string result;
   std::size_t from = 0;

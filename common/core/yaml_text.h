@@ -12,7 +12,7 @@ namespace berth {
 /// On one line, as YAML that reads as this node: `3 m`, `[1, 2, 3]`, `{a: "b: c"}`.
 std::string flow_text(const YamlNode& node);
 
-/// As a person reads and gives it: a text as it is, a list as by flow_text.
+/// For operators: a text without quotes, a list as by flow_text.
 std::string plain_text(const YamlNode& node);
 
 /// A text between double quotes, with escapes.
@@ -36,8 +36,8 @@ struct YamlEdit {
   YamlNode value;
 };
 
-/// The text with other values; all else, comments and quotes, stays. Nothing where that cannot be
-/// written: the result reads as `expected`, or there is none.
+/// The text with other values; comments and quotes are kept. Nothing where the result would not
+/// read as `expected`.
 std::optional<std::string> edited(const std::string& text, const std::vector<YamlEdit>& edits,
                                   const YamlNode& expected);
 

@@ -24,7 +24,7 @@ class Lines {
   /// The present line from the start of word i, blanks at its end cut off: names may hold blanks.
   std::string_view rest(std::size_t i) const;
   std::size_t number() const { return number_; }
-  /// In the text, of what follows the present line.
+  /// Offset in the text of the line after the present one.
   std::size_t offset() const { return at_; }
   bool at_end() const { return at_ >= text_.size(); }
 
@@ -52,9 +52,8 @@ class Lines {
   std::vector<std::string_view> words_;
 };
 
-/// A number as programs write it, whatever the locale; "nan", "inf" and 1.#QNAN are numbers too.
-/// What is too small for a double is 0, what is too large infinite. @return false when the word is
-/// none.
+/// A number as programs write it, whatever the locale; "nan", "inf" and 1.#QNAN are numbers too. A
+/// value too small for a double is 0, one too large infinite. @return false when the word is none.
 bool parse_number(std::string_view word, double& number);
 /// A whole number in decimal digits. @return false when the word is none, or too large.
 bool parse_whole(std::string_view word, std::int64_t& number);

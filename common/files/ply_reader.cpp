@@ -126,7 +126,7 @@ PlyReader::PlyReader(std::string_view bytes, std::string file)
     : bytes_(bytes), file_(std::move(file)) {
   read_header(bytes);
 
-  // Whoever makes room for an element's rows makes room for no more than the file holds.
+  // Bounds the memory that a reader allocates for an element's rows by the size of the file.
   std::size_t left = bytes_.size() - at_;
   if (format_ == Format::text) ++left;  // the last line may have no end
   for (const PlyElement& element : elements_) {

@@ -30,9 +30,9 @@ struct PlyElement {
   int find(std::string_view property) const;
 };
 
-/// Goes through a PLY file (Turk, "The PLY polygon file format", 1994) row by row: text, little
-/// or big endian; any scalar types; lists anywhere. In a text file a row is a line. A file that
-/// holds less or more than its header declares is refused. Nothing of a file's size is allocated.
+/// Goes through a PLY file (Turk, "The PLY polygon file format", 1994) row by row: text, little or
+/// big endian; any scalar types; lists anywhere. In a text file a row is a line. A file that holds
+/// less or more than its header declares is refused. Memory use does not grow with the file.
 ///
 ///     files::PlyReader ply(read_file(path), path.string());
 ///     const files::PlyElement* vertices = ply.find("vertex");

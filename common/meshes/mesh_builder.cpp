@@ -31,8 +31,8 @@ class EarClipping {
     start_at_concave(ring);
     if (fan(ring, triangles)) return true;
     if (crosses_itself(ring)) return false;
-    // Corners that touch an ear are in its way, unless nothing else is left: then they may be the
-    // ends of an edge that is passed twice.
+    // Corners that touch an ear block it, unless no other ear is left: then they may be the ends of
+    // an edge that is passed twice.
     std::size_t at = 1;
     std::size_t failed = 0;
     bool touching = false;
@@ -73,7 +73,7 @@ class EarClipping {
     }
   }
 
-  /// All corners joined with the first, where that is right: a convex polygon, or one with a single
+  /// Fan of triangles from the first corner, where it covers the polygon: convex, or with a single
   /// concave corner.
   bool fan(const Ring& ring, std::vector<std::array<std::uint32_t, 3>>& triangles) const {
     for (std::size_t i = 1; i < ring.size(); ++i) {
@@ -153,7 +153,7 @@ bool without_area(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
 
 bool triangulate(std::span<const Vector3d> corners,
                  std::vector<std::array<std::uint32_t, 3>>& triangles) {
-  // Corners that repeat the one before say nothing.
+  // Corners that repeat the previous one are dropped.
   Ring ring;
   for (std::uint32_t i = 0; i < corners.size(); ++i) {
     if (ring.empty() || corners[i] != corners[ring.back()]) ring.push_back(i);

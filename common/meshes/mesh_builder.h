@@ -16,10 +16,10 @@
 namespace berth {
 
 /// Cuts a polygon, convex or not, into triangles of the polygon's winding by clipping ears
-/// (Meisters, "Polygons have ears", 1975), seen along its mean normal (Newell). Corners of a convex
-/// one are joined with its first, of one with a single concave corner with that one. Holes may be
-/// joined to the outline by an edge that is passed twice. Time grows with the square of the corners
-/// where it is concave.
+/// (Meisters, "Polygons have ears", 1975), seen along its mean normal (Newell). A convex polygon is
+/// cut into a fan from its first corner, one with a single concave corner into a fan from that
+/// corner. Holes may be joined to the outline by an edge that is passed twice. Time grows with the
+/// square of the corners where it is concave.
 /// @param triangles indices of corners are added; none for a polygon without area.
 /// @return false when it crosses itself.
 bool triangulate(std::span<const Vector3d> corners,
@@ -34,7 +34,7 @@ class MeshBuilder {
   /// @return what is wrong with it; empty: nothing.
   std::string add_vertex(const Vector3d& vertex);
   std::size_t vertex_count() const { return file_vertices_.size(); }
-  /// corners: numbers of vertices that were added. @return what is wrong with it; empty: nothing.
+  /// corners: numbers of vertices that were added. @return the defect; empty: none.
   std::string add_face(std::span<const std::uint32_t> corners);
   /// Names of the groups that the next faces belong to.
   void set_groups(const std::vector<std::string>& names);

@@ -67,7 +67,7 @@ class ObjMesh {
     refuse(builder_.add_face(corners_));
   }
 
-  /// Of v, v/vt, v//vn or v/vt/vn: the vertex. What is said of texture and normal must be numbers.
+  /// The vertex of v, v/vt, v//vn or v/vt/vn. Indices of texture and normal must be numbers.
   std::uint32_t corner(std::string_view word) const {
     std::array<std::int64_t, 3> index{};
     std::string_view left = word;

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t sample_size = 20000;
 
-/// First hits of random lines: what can be seen, weighted by how much of it is.
+/// First hits of random lines: visible points, weighted by visible area.
 std::vector<Vector3d> visible_points(const RayCaster& surface) {
   const Vector3d centre = surface.bounds().centre();
   const double radius = surface.bounds().size().norm() / 2;
@@ -181,7 +181,7 @@ double SelfMatcher::residual(const Pose& motion, std::size_t points, double enou
 
 namespace {
 
-/// A group in the making: with every motion that is added come all that follow from it.
+/// Builds a group: with a motion, all its products with the others are added.
 class Collector {
  public:
   explicit Collector(const SelfMatcher& matcher) : matcher_(matcher) {
@@ -199,7 +199,7 @@ class Collector {
     look_for_axis(motion);
     if (knows(motion)) return;
     group_.motions.push_back(motion);
-    // Products of symmetries are symmetries: few points tell whether errors have added up.
+    // Products of symmetries are symmetries: a few points suffice to detect accumulated errors.
     for (std::size_t i = 0; i < group_.motions.size(); ++i) {
       for (const Pose& product : {group_.motions[i] * motion, motion * group_.motions[i]}) {
         if (!knows(product)) consider(product, 1000);
@@ -238,7 +238,7 @@ class Collector {
 SymmetryGroup find_symmetry(const RayCaster& surface) {
   constexpr int rotations = 8000;
   constexpr double slack = radians(17);  // no rotation is farther from one of so many
-  constexpr double apart = radians(8);   // starts nearer to each other come to the same end
+  constexpr double apart = radians(8);   // starts nearer to each other converge to the same motion
   constexpr std::size_t max_tried = 300;
 
   const SelfMatcher matcher(surface);

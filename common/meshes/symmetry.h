@@ -11,8 +11,8 @@
 namespace berth {
 
 /// The proper rigid motions of a model frame that carry a target's visible surface onto itself. Two
-/// poses T_sensor_model that such a motion carries into each other show the same surface: whoever
-/// judges takes them for one. An empty group: only the identity.
+/// poses T_sensor_model that such a motion carries into each other show the same surface: criteria
+/// and comparisons treat them as equal. An empty group: only the identity.
 struct SymmetryGroup {
   struct Axis {
     Vector3d point;      ///< m, model frame
@@ -32,23 +32,23 @@ struct SymmetryGroup {
   bool contains(const Pose& motion, double angle) const;
   /// Turned about the axis of revolution, where there is one, so that it is nearest in attitude.
   Pose turned_to(const Pose& pose, const Pose& reference) const;
-  /// The motions that leave a point (m, model frame) and a direction through it in place: what is
-  /// left where they matter, as those of a docking interface do.
+  /// The subgroup that leaves a point (m, model frame) and a direction through it in place, such as
+  /// those of a docking interface.
   SymmetryGroup keeping(const Vector3d& point, const Vector3d& direction) const;
 };
 
-/// How well a surface lies on itself once it is moved: by its points that can be seen from outside.
+/// How well a moved surface coincides with itself, by its points that are visible from outside.
 class SelfMatcher {
  public:
   /// @param surface must outlive it
   explicit SelfMatcher(const RayCaster& surface);
 
   double length() const { return length_; }               ///< largest side of the bounding box, m
-  const Vector3d& centroid() const { return centroid_; }  ///< of what can be seen
+  const Vector3d& centroid() const { return centroid_; }  ///< of the visible points
   /// About the centroid, which a symmetry leaves where it is.
   Pose turned(const Quaterniond& rotation) const;
   /// Whether a rotation within `slack` (rad) of this one may be a symmetry: whether it leaves the
-  /// points' second moments as they are, as far as their sample tells.
+  /// points' second moments unchanged within their sampling error.
   bool may_be_near_symmetry(const Quaterniond& rotation, double slack) const;
   /// Mean distance from the surface of some points, each cut off at a tenth of the length.
   double score(const Pose& motion, std::size_t points) const;
@@ -70,12 +70,12 @@ class SelfMatcher {
   double moments_range_ = 0;             ///< largest less smallest principal moment
 };
 
-/// Two poses whose surfaces lie nowhere farther apart than this share of the target's length are
-/// one to a criterion.
+/// Criteria treat two poses as equal when their surfaces are nowhere farther apart than this share
+/// of the target's length.
 inline constexpr double symmetry_tolerance = 0.002;
 
-/// Searches all rotations. Reproducible: the same mesh gives the same group. It shares nothing with
-/// what the estimator believes of the target's symmetries.
+/// Searches all rotations. Reproducible: the same mesh gives the same group. Independent of the
+/// estimator's own list of symmetries.
 SymmetryGroup find_symmetry(const RayCaster& surface);
 
 /// The group as a file that is kept with a run, and back.

@@ -109,7 +109,7 @@ Mesh turned_mesh(const Target& target, const std::vector<double>& angles) {
   const auto turns = [&](std::uint16_t part) {
     return target.parts[part].joint.has_value() && angles[part] != 0;
   };
-  // Vertices as they lie between triangles of two parts are kept by one, and copied for the others.
+  // A vertex shared by several parts is kept by one and copied for the others.
   constexpr std::uint16_t no_part = 0xFFFF;
   std::vector<std::uint16_t> part_of_vertex(mesh.vertices.size(), no_part);
   std::map<std::pair<std::uint32_t, std::uint16_t>, std::uint32_t> copies;

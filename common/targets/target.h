@@ -37,8 +37,8 @@ enum class ScanPreference { none, prefer, avoid };
 /// Faces of a target that are alike: how far they may be from the mesh, and how they look.
 struct TargetPart {
   std::string name;
-  /// Of the true surface's distance from the mesh, along its normal: standard deviation, and the
-  /// distance over which departures are alike (correlation exp(-d^2 / 2 l^2)), m.
+  /// Standard deviation of the true surface's distance from the mesh, along its normal, and its
+  /// correlation length l (correlation exp(-d^2 / 2 l^2)), m.
   double surface_sigma = 0.0005;
   double correlation_length = 0.3;
   Material material{0.5, 0.3};
@@ -53,15 +53,15 @@ struct DockingPort {
   double approach_cone = radians(60);  ///< half angle about that z within which it is approached
 };
 
-/// The satellite that the replica arm holds, in the model frame: a mesh and what is known of it.
+/// The satellite that the replica arm holds, in the model frame: a mesh and its description.
 struct Target {
   std::string name;   ///< of its folder, or the mesh file's stem
   Mesh mesh;          ///< metres, as held by the arm: joints at rest
   std::string hash;   ///< content_hash(mesh)
   double length = 0;  ///< largest side of the bounding box, m
-  /// By name; the first is meant where a command names none.
+  /// By name; the first is the default of commands that name none.
   std::vector<DockingPort> ports;
-  /// The first one is the default: of the triangles that no other part claims.
+  /// The first one is the default part, of the triangles that no other part claims.
   std::vector<TargetPart> parts{1};
   /// Index into parts, of each triangle of the mesh; empty: all are of the default part.
   std::vector<std::uint16_t> part_of;
@@ -70,7 +70,7 @@ struct Target {
   /// far from the mesh, as in coordinates of a map.
   Vector3d file_origin = Vector3d::Zero();
   std::vector<std::filesystem::path> files;  ///< description and mesh, or the mesh alone
-  /// Of all of the above but the mesh: SHA-256 over the description as written; empty: a bare mesh.
+  /// SHA-256 over the description as written, without the mesh; empty: a bare mesh.
   std::string description_hash;
 
   std::uint16_t part_index(std::size_t triangle) const {
@@ -78,7 +78,7 @@ struct Target {
   }
   const TargetPart& part(std::size_t triangle) const { return parts[part_index(triangle)]; }
   bool is_bare() const { return description_hash.empty(); }
-  /// Of a part, m; `bare` without a description of the target.
+  /// Surface sigma of a part, m; `bare` where the target has no description.
   double surface_sigma(const TargetPart& of, double bare) const {
     return is_bare() ? bare : of.surface_sigma;
   }
@@ -110,15 +110,15 @@ Target load_target(const std::string& name, double length);
 std::filesystem::path copy_target(const Target& target, const std::filesystem::path& into);
 
 /// The mesh with the parts' joints turned by so much from their present position.
-/// @param angles rad, as many as parts; looked at only for parts with a joint
+/// @param angles rad, as many as parts; used for parts with a joint only
 Mesh turned_mesh(const Target& target, const std::vector<double>& angles);
 
 /// The mesh with all places where its joints can bring a part, by steps of 5 deg: for keeping clear
 /// of it.
 Mesh swept_mesh(const Target& target);
 
-/// What a user may regret about a target, a sentence each, with what to do: its length, origin or
-/// thickness, faces that look inward, faces that were left out. Empty: nothing.
+/// Warnings about a target, a sentence each, with the remedy: its length, origin or thickness,
+/// inward faces, faces left out.
 std::vector<std::string> target_notes(const Target& target);
 
 }  // namespace berth

@@ -16,8 +16,8 @@
 namespace berth {
 namespace {
 
-/// A length that the file says, where the mesh is as long already to rounding: it is left as it is,
-/// so that its content's hash is the file's.
+/// A mesh whose length is the stated one to within this is not scaled, so that its content's hash
+/// is the file's.
 constexpr double rounding = 1e-9;
 
 Joint read_joint(Config config) {
@@ -41,7 +41,7 @@ Joint read_joint(Config config) {
   return joint;
 }
 
-/// What all parts may say.
+/// Reads the keys that all parts may have.
 void read_properties(Config& config, TargetPart& part) {
   config.optional("surface_sigma", Dimension::length, part.surface_sigma, at_least(0));
   config.optional("correlation_length", Dimension::length, part.correlation_length, above(0));
@@ -206,7 +206,7 @@ Target read_target_folder(const std::filesystem::path& folder, double length) {
 
   const std::filesystem::path mesh = config.text("mesh");
   if (mesh != mesh.filename()) {
-    throw config.error("mesh", "found '" + mesh.string() + "', expected a file beside " +
+    throw config.error("mesh", "found '" + mesh.string() + "', expected a file next to " +
                                    target_file + ": both go with a run");
   }
   target.files = {file, folder / mesh};

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double max_spacecraft = 109;   // m: the International Space Station's truss
 constexpr double min_spacecraft = 0.03;  // m: KickSat's Sprites were 35 mm wide
-const char* const say_length = "give its length in m (--length, --target-length)";
+const char* const length_remedy = "give its length in m (--length, --target-length)";
 
 /// Largest distance of vertices from the plane that fits them best, m.
 double thickness(const Mesh& mesh, const Vector3d& centre) {
@@ -92,7 +92,7 @@ std::vector<std::string> target_notes(const Target& target) {
   if (target.length > max_spacecraft || target.length < min_spacecraft) {
     notes.push_back("it is " + shown(target.length) + " m long, and spacecraft are from " +
                     shown(min_spacecraft) + " to " + shown(max_spacecraft) +
-                    " m: is it in mm or another unit? Then " + say_length);
+                    " m: is it in mm or another unit? Then " + length_remedy);
   }
   if (target.file_origin != Vector3d::Zero()) {
     const Vector3d& at = target.file_origin;

@@ -19,7 +19,7 @@ struct ArmReport {
   Joints joints{};     ///< rad, m
   /// m, where the controller has its flange in its World; none: of another tool, or not known.
   std::optional<Vector3d> flange{};
-  /// us, of the controller's clock: the interpolation period that the joints are of.
+  /// us, on the controller's clock: the interpolation period of the joints.
   Utime controller_time = 0;
   int heartbeat = 0;
   int setpoint_taken = 0;  ///< ArmOrder::sequence of the last set-point that it has taken
@@ -29,8 +29,8 @@ struct ArmReport {
   int program_state = 0;      ///< 0 aborted, 1 paused, 2 running
   double speed_override = 0;  ///< 0..1
   double tcp_speed = 0;       ///< m/s
-  Utime sent = 0;             ///< host time, us: the report is of after it
-  Utime received = 0;         ///< host time, us: and of before it
+  Utime sent = 0;             ///< host time, us: the report is later
+  Utime received = 0;         ///< host time, us: the report is earlier
 };
 
 /// Set-point of a controller.
@@ -43,9 +43,8 @@ struct ArmOrder {
 };
 
 /// An arm's controller as the driver's node uses it, of any protocol. It keeps its connections up
-/// by itself. Driven by a loop; never waits. The node calls poll() and send() at
-/// their periods; a controller that reports by itself, or asks for its set-points, has no need of
-/// the call.
+/// by itself. Driven by a loop; never waits. The node calls poll() and send() at their periods; a
+/// controller that reports by itself, or requests its set-points, does not need the call.
 class ArmAdapter {
  public:
   struct Capabilities {
@@ -57,22 +56,22 @@ class ArmAdapter {
     ready,         ///< it reports from now on
     not_verified,  ///< before ready; the text names the part of its setup that could not be checked
     wrong,         ///< it is set up otherwise than configured; reported repeatedly
-    lost,          ///< it reports no longer; the text says why, or why it cannot be reached
+    lost,          ///< it no longer reports or cannot be reached; the text gives the reason
     setpoints_open,   ///< set-points come through
-    setpoints_closed  ///< they do not; the text says why
+    setpoints_closed  ///< they do not; the text gives the reason
   };
   struct Events {
     std::function<void(Change, const std::string& text)> changed;
     std::function<void(const ArmReport&)> report;
-    /// Of a poll. refused: by the controller, to which the connection lives on.
+    /// A poll without a report. refused: by the controller; the connection stays open.
     std::function<void(const std::string& error, bool refused)> missed;
   };
-  /// Empty: the controller has acknowledged it.
+  /// error is empty when the controller has acknowledged the request.
   using Done = std::function<void(const std::string& error)>;
 
   virtual ~ArmAdapter() = default;
 
-  /// Once, before anything else.
+  /// Call once, first.
   virtual void start(Events events) = 0;
   /// For messages: "127.0.0.1:15021".
   virtual const std::string& name() const = 0;
@@ -85,11 +84,12 @@ class ArmAdapter {
   /// A set-point is under way.
   virtual bool busy() const = 0;
 
-  /// Is followed by one report or missed.
+  /// Requests a report; followed by one call of report or missed.
   virtual void poll() = 0;
-  /// The newest set-point, and that the host is alive.
+  /// Sends the newest set-point and the host's heartbeat.
   virtual void send(const ArmOrder& order, Done done) = 0;
-  /// Ahead of all else, over each way that may be needed. @return how often done will be called.
+  /// Stops the arm, ahead of all else, over each connection that may be needed. @return how often
+  /// done will be called.
   virtual int hold(Done done) = 0;
   /// Ends the signal of hold(), before a start.
   virtual void release() = 0;

@@ -13,7 +13,7 @@ namespace berth {
 namespace {
 
 constexpr Utime warning_repeat_period = second;
-/// A writer of ARM_COMMAND silent for so long may begin its sequence anew.
+/// After this silence a writer of ARM_COMMAND may restart its sequence.
 constexpr Utime writer_silence = second;
 
 }  // namespace
@@ -164,7 +164,7 @@ void ArmNode::write_setpoint() {
   if (!adapter_->ready() || !have_report_) return;
   if (!have_order_) {
     if (!state_.valid) return;
-    order_.joints = report_.joints;  // not followed yet, but the registers show valid joints
+    order_.joints = report_.joints;  // not followed yet: keeps the joints in the registers valid
     order_.sequence = report_.setpoint_taken;
     have_order_ = true;
   }
@@ -186,7 +186,7 @@ void ArmNode::write_order() {
       return;
     }
     ++statistics_.writes;
-    // The controller may start once it knows where to.
+    // The controller may start once it has a set-point.
     if (start_pending_ && !start_pulsed_ && follow) {
       start_pulsed_ = true;
       adapter_->run();

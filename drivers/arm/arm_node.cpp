@@ -180,8 +180,8 @@ void ArmNode::on_report(const ArmReport& report_now) {
   // The tick identifies the interpolation period the joints are of; the bracket only bounds it.
   state.utime = stale ? report_.sent + (report_.received - report_.sent) / 2
                       : clock_.line().to_host(report_.controller_time) - arm_.device.report_lag;
-  // A stamp that the last one has passed (the clock was set, the line moved) would make a rate of
-  // its own.
+  // A stamp not after the last one (the clock was set, the clock map moved) would give a false
+  // rate.
   if (!stale && state.utime <= state_.utime) {
     ++samples_not_placed_;
     return;

@@ -21,17 +21,17 @@ namespace berth {
 /// The driver of one arm controller: publishes every status read as ARM_STATE, writes the newest
 /// set-point of ARM_COMMAND at its own rate, passes HOLD, RESET and START on at once.
 ///
-/// A HOLD goes out again until the controller has acknowledged it; where the way for reports or
+/// A HOLD is repeated until the controller has acknowledged it; when the connection for reports or
 /// that for set-points is lost the arm is held over the other. It moves nothing for a command of
 /// another session, one that has expired or one that came before a newer; it follows set-points
 /// only between a START and the next HOLD, the first of them near the arm's present joints and each
 /// next one as near as the joints' speed allows; it holds the arm by itself when set-points stop
 /// coming.
 ///
-/// A HOLD of any sender is obeyed: of any session, expired, overtaken. START is sent behind a
-/// copy of the HOLD that it supersedes, which names it: that one and those obeyed before are not
-/// obeyed again when they are repeated, all others are. A HOLD of another session is superseded
-/// only after the testbed has answered it with a new one of its own.
+/// A HOLD of any sender is obeyed: of any session, expired, overtaken. A START follows a copy of
+/// the HOLD that it supersedes: repetitions of that HOLD, and of those obeyed before it, are not
+/// obeyed again; all others are. A HOLD of another session is superseded only after the testbed has
+/// answered it with a new one of its own.
 class ArmNode final : public Node {
  public:
   struct Setup {
@@ -43,7 +43,7 @@ class ArmNode final : public Node {
   ~ArmNode() override;
 
  private:
-  /// How often a figure of NODE_STATUS happens within the second.
+  /// Counts of events per second, for NODE_STATUS.
   struct Statistics {
     int reads = 0;
     int writes = 0;
@@ -71,7 +71,7 @@ class ArmNode final : public Node {
   void show_statistics();
   /// Empty, or why the set-point is not to be followed.
   std::string jump(const arm_command_t& command) const;
-  /// The same at most once a second.
+  /// Publishes the same warning at most once a second.
   void warn(const std::string& code, const std::string& text);
 
   Setup arm_;

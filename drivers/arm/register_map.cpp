@@ -93,7 +93,7 @@ RegisterBlock read_block(Config config, int max_registers) {
   return block;
 }
 
-/// Finds variables in the assignments and complains in the file's terms.
+/// Finds variables in the assignments; its errors name the file's keys.
 class Locator {
  public:
   Locator(const std::vector<SnpxAssignment>& assignments) : assignments_(assignments) {}
@@ -267,7 +267,7 @@ ArmReport ArmRegisterCodec::decode(std::span<const Word> words, int& tick_ms) co
     report.joints[i] = si_from_pendant(value, linear_[i]);
     if (!std::isfinite(value)) report.valid = false;
   }
-  // Of another tool than the flange the controller reports a point that is not the flange.
+  // With another tool than the flange selected, the controller reports the tool's point.
   const auto element = [&](int word) { return at(map_.position + word - 1); };
   if (*element(position_words::cartesian_valid) == 1 && *element(position_words::tool) == 0) {
     Vector3d flange;

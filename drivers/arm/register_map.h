@@ -67,7 +67,7 @@ inline constexpr int text_end = text + text_words - 1;
 inline constexpr int count = 100;
 }  // namespace alarm_words
 
-/// Nothing when the text names no variable that this code knows.
+/// Nothing when the text names no known variable.
 std::optional<SnpxVariable> parse_snpx_variable(const std::string& text);
 
 /// One entry of a controller's $SNPX_ASG: registers address ... address+size-1 show a variable.

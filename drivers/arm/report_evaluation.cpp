@@ -25,7 +25,7 @@ void FollowingError::add(Utime time, const Joints& joints) {
 
 namespace {
 
-/// m: rounding is less, another arm, another zero or a base frame of its own more.
+/// m: above rounding, below the effect of another arm, zero or base frame.
 constexpr double flange_tolerance = 1e-3;
 
 }  // namespace

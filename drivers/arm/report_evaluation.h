@@ -37,7 +37,7 @@ class FollowingError {
 /// the controller reports none.
 std::optional<double> flange_difference(const ArmReport& report, const ArmKinematics& kinematics);
 
-/// Empty, or how both disagree by more than rounding does.
+/// Empty, or how reported and computed flange differ by more than rounding.
 std::string foreign_kinematics(const ArmReport& report, const ArmKinematics& kinematics);
 
 }  // namespace berth

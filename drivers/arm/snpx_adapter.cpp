@@ -148,7 +148,7 @@ void SnpxAdapter::on_checked(AssignmentCheck::Result result, const std::string& 
     return;
   }
   if (result == Result::not_offered) events_.changed(Change::not_verified, text);
-  // A pulse that a lost connection cut short would be one still.
+  // Ends pulses that a lost connection has interrupted.
   for (const int coil : {map().start_coil, map().hold_coil, map().reset_coil}) {
     if (pulse_timers_.count(coil) == 0) {
       reader_->write_coil(coil, false, [](const RegisterAnswer&) {});
@@ -210,7 +210,7 @@ void SnpxAdapter::release() {
   if (holding == pulse_timers_.end()) return;
   loop_.cancel(holding->second);
   pulse_timers_.erase(holding);
-  for (RegisterLink* link : {reader_.get(), writer_.get()}) {  // behind it, whichever took it
+  for (RegisterLink* link : {reader_.get(), writer_.get()}) {  // behind the hold, on whichever link
     link->write_coil(map().hold_coil, false, [](const RegisterAnswer&) {});
   }
 }
@@ -227,8 +227,8 @@ int SnpxAdapter::pulse(int coil, const Done& done) {
   return copies;
 }
 
-/// Over a link that has nothing under way. Where none is free over each that is up: one that hangs
-/// keeps nothing back.
+/// Over a link that is idle; where none is, over each that is up, so that a hanging one delays
+/// nothing.
 int SnpxAdapter::write_coil(int coil, bool on, const Done& done) {
   const auto is_free = [](const RegisterLink& link) { return link.connected() && link.idle(); };
   const bool any_free = is_free(*reader_) || is_free(*writer_);

@@ -46,11 +46,11 @@ class AssignmentCheck : public std::enable_shared_from_this<AssignmentCheck> {
     agrees,
     differs,      ///< the text names slot, field and both values
     not_offered,  ///< the controller has no bootstrap window: nothing was compared
-    failed,       ///< no connection; the text says why
+    failed,       ///< no connection; the text gives the reason
   };
   using Done = std::function<void(Result, const std::string& text)>;
 
-  /// link and map must outlive it; dropped by its holder, it calls nothing any more.
+  /// link and map must outlive it; once released by its holder it makes no calls.
   AssignmentCheck(RegisterLink& link, const RegisterMap& map, Done done)
       : link_(link), map_(map), done_(std::move(done)) {}
   void start() { next(); }
@@ -76,7 +76,7 @@ class AssignmentCheck : public std::enable_shared_from_this<AssignmentCheck> {
 };
 
 /// A Fanuc controller with HMI Device (SNPX) over Modbus. It holds two links, one for reads and one
-/// for set-points. A HOLD goes out over one that is free, where none is over each that is up. Ready
+/// for set-points. A HOLD goes out over an idle one; where none is, over each that is up. Ready
 /// once the controller's assignments have been read back and agree with the map.
 class SnpxAdapter final : public ArmAdapter {
  public:

@@ -12,7 +12,7 @@ namespace {
 
 constexpr Utime publish_period = 100 * millisecond;
 constexpr Utime refusal_repeat_period = second;
-/// Reads with the PLC's heartbeat standing still before it counts as dead.
+/// Reads with an unchanged heartbeat after which the PLC counts as dead.
 constexpr int max_unchanged_reads = 10;
 
 }  // namespace
@@ -47,7 +47,7 @@ void FacilityNode::on_connection(bool connected, const std::string& reason) {
   }
 }
 
-/// What cannot be seen is not safe: an unseen chain counts as open.
+/// Without reports of the PLC the safety chain counts as open.
 void FacilityNode::lose(const std::string& reason) {
   if (state_.valid) event(event_t::WARNING, "plc-lost", "PLC: " + reason);
   const bool changed = state_.valid || state_.reason != reason;
@@ -102,8 +102,8 @@ void FacilityNode::on_status(const RegisterAnswer& answer) {
   report(node_status_t::READY, state_.estop_chain_closed ? "" : "emergency stop");
 }
 
-/// Against the PLC's last report, however long it was not seen in between; at first a chain is
-/// taken to have been closed, so that one that is found open is announced.
+/// Changes since the PLC's last report, however old. The first report is compared with a closed
+/// chain, so that an open one is announced.
 void FacilityNode::announce_changes(const facility_state_t& before) {
   const bool closed = state_.estop_chain_closed && state_.fence_closed;
   const SafetyChain now_seen{state_.estop_chain_closed != 0, state_.fence_closed != 0,

@@ -16,9 +16,9 @@
 namespace berth {
 
 /// The driver of the facility's PLC: lamps, E-stop chain, fence. Publishes FACILITY_STATE at 10 Hz
-/// and when the safety chain or its own view of the PLC changes; writes what FACILITY_COMMAND asks
-/// for, and answers by FACILITY_ANSWERS when the PLC has taken it. Safety itself is the PLC's:
-/// nothing here can close a chain.
+/// and when the safety chain or its own view of the PLC changes; writes the lamps of
+/// FACILITY_COMMAND, and answers by FACILITY_ANSWERS when the PLC has accepted them. Safety itself
+/// is the PLC's: nothing here can close a chain.
 class FacilityNode final : public Node {
  public:
   FacilityNode(NodeSetup node, PlcDevice device, PlcMap map, Bus& bus, Loop& loop);
@@ -43,7 +43,7 @@ class FacilityNode final : public Node {
   struct SafetyChain {
     bool estop_closed = true;
     bool fence_closed = true;
-    bool motion_enabled = true;  // or an open chain explains why not
+    bool motion_enabled = true;  // or the open chain is the reason
   } seen_;                       // when the PLC was last seen
   bool read_under_way_ = false;
   int last_heartbeat_ = -1;

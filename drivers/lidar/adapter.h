@@ -21,29 +21,29 @@ class Adapter {
     std::function<void()> ready;
     /// ScanAnswer, Returns, ScanEnd and Status, only while ready.
     std::function<void(const Message&)> message;
-    /// It was ready, or why it is not is news; it tries again by itself, if that can help.
+    /// No longer ready, or not ready for a new reason. It retries by itself where that can help.
     std::function<void(const std::string& reason)> lost;
-    /// Something is wrong that ends neither this nor a scan.
+    /// An error that ends neither the connection nor a scan.
     std::function<void(const std::string& what)> trouble{};
   };
 
   virtual ~Adapter() = default;
 
-  /// Once, before anything else.
+  /// Call once, first.
   virtual void start(Events events) = 0;
   virtual bool ready() const = 0;
-  /// Why not, when not ready.
+  /// Why it is not ready.
   virtual const std::string& reason() const = 0;
   /// For messages: "127.0.0.1:15024".
   virtual const std::string& name() const = 0;
   /// Known once ready.
   virtual const Identity& identity() const = 0;
-  /// The device's clock over the loop's, as known now. Known once ready.
+  /// The present map from the loop's clock to the device's. Known once ready.
   virtual ClockLine clock() const = 0;
 
   virtual void order(const ScanOrder& order) = 0;
   virtual void cancel(std::int64_t scan_id) = 0;
-  /// Gives up on what answers there: `lost` is called.
+  /// Gives up the connection: `lost` is called.
   virtual void drop(const std::string& reason) = 0;
 };
 

@@ -19,11 +19,11 @@ namespace {
 using Received = ConformancePeer::Received;
 using Outcome = ConformanceCheck::Outcome;
 
-/// Before the driver's next StatusQuery.
+/// Time limit of immediate answers: the driver's period of StatusQuery.
 constexpr Utime at_once = 250 * millisecond;
-/// After which the driver takes a device, or a running scan without news, for dead.
+/// Silence after which the driver gives up a device or a running scan.
 constexpr Utime silence = 1 * second;
-/// "no later than some 25 ms after they were" fired, mapped as well as the driver asks for.
+/// "no later than some 25 ms after they were" fired, plus the driver's tolerance of the clock map.
 constexpr Utime max_age = 25 * millisecond + clock_tolerance;
 
 std::string ms(Utime t) {
@@ -32,7 +32,7 @@ std::string ms(Utime t) {
 
 std::string version_text(int version) { return "version " + std::to_string(version); }
 
-/// What came of one order.
+/// Messages that answer one order.
 struct ScanRecord {
   ScanOrder order;
   Utime sent = 0;
@@ -110,7 +110,7 @@ class Conformance {
     while (!peer) loop_.run();
     if (!peer->connected()) {
       const std::string trouble = loop_.sockets().trouble(address_);
-      throw InputError((trouble.empty() ? "nobody answers at " + address_ : trouble) +
+      throw InputError((trouble.empty() ? "no answer from " + address_ : trouble) +
                        "; expected a LIDAR or a bridge that listens there");
     }
     return peer;
@@ -185,7 +185,7 @@ class Conformance {
           fixed(id.rate_hz, 0) + " beams/s, " + fixed(id.range_min_m, 1) + " to " +
               fixed(id.range_max_m, 1) + " m, " + fixed(degrees(field[0]), 1) + " x " +
               fixed(degrees(field[1]), 1) + " deg",
-          "say model, beams per second, ranges (m), field of view and step (rad) as they are");
+          "state the true model, beams per second, ranges (m), field of view and step (rad)");
   }
 
   void test_versions() {
@@ -284,7 +284,7 @@ class Conformance {
     }
     return scan;
   }
-  /// Until it ends, or nothing comes for longer than the driver waits.
+  /// Receives until the scan ends, or until a silence longer than the driver's time-out.
   void follow(ConformancePeer& peer, ScanRecord& scan) {
     for (std::size_t known = 0; known != peer.received().size();) {
       if (peer.find<ScanEnd>(first_)) break;
@@ -301,7 +301,7 @@ class Conformance {
       if (const auto* end = std::get_if<ScanEnd>(&message)) scan.end = *end;
     }
   }
-  /// Whatever it was: nothing of it runs any more.
+  /// Ends the scan, whatever its state.
   void give_up(ConformancePeer& peer, const ScanRecord& scan) {
     peer.send(Cancel{scan.order.scan_id});
     peer.await<ScanEnd>(first_, silence);
@@ -353,7 +353,7 @@ class Conformance {
       } else if (returns.scan_id != scan.order.scan_id) {
         wrong = "is of scan " + std::to_string(returns.scan_id);
       } else if (returns.beams_before != beams) {
-        wrong = "says that " + std::to_string(returns.beams_before) + " beams came before, " +
+        wrong = "states that " + std::to_string(returns.beams_before) + " beams came before, " +
                 std::to_string(beams) + " did";
       } else if (returns.window < last_window || returns.window >= scan.order.windows.size()) {
         wrong = "is of window " + std::to_string(returns.window) + " behind window " +
@@ -392,7 +392,7 @@ class Conformance {
     const double median = ranges.empty() ? 0 : double{upper_median(ranges)};
     if (fault.empty() && !ranges.empty() &&
         (median < identity_.range_min_m || median > identity_.range_max_m)) {
-      fault = "half of the hits are nearer than " + fixed(median, 3) + " m, Identity says " +
+      fault = "half of the hits are nearer than " + fixed(median, 3) + " m, Identity states " +
               fixed(identity_.range_min_m, 3) + " to " + fixed(identity_.range_max_m, 3) + " m";
     }
     check(of + "beams", fault,
@@ -454,7 +454,7 @@ class Conformance {
       if (!returns.beams.empty()) ages.push_back(h.at - line.to_host(returns.device_time));
     }
     check(of + "stamps", fault, "ascending, between order and arrival",
-          "stamp each beam when it is fired, on the clock that Status tells, in microseconds");
+          "stamp each beam when it is fired, on the clock that Status reports, in microseconds");
     if (ages.empty()) return skipped(of + "cadence", "no returns");
     const Utime median = upper_median(ages);
     check(of + "cadence",
@@ -476,7 +476,7 @@ class Conformance {
       fault = "the scan is not complete: " + scan.end->reason;
     } else if (scan.end->beams != scan.beams() || scan.answer->beams != scan.beams()) {
       fault = std::to_string(scan.answer->beams) + " beams promised, " +
-              std::to_string(scan.beams()) + " came, ScanEnd says " +
+              std::to_string(scan.beams()) + " came, ScanEnd states " +
               std::to_string(scan.end->beams);
     }
     check(of + "ScanEnd", fault, "complete, with as many beams as were promised",
@@ -519,7 +519,7 @@ class Conformance {
       status_fault = received ? "Status took " + ms(received->at - sent) : "no Status";
     } else if (const Status& status = std::get<Status>(received->message);
                status.state != DeviceState::scanning || status.scan_id != scan.order.scan_id) {
-      status_fault = "Status says state " + std::to_string(static_cast<int>(status.state)) +
+      status_fault = "Status has state " + std::to_string(static_cast<int>(status.state)) +
                      ", scan " + std::to_string(status.scan_id);
     }
     check("Status while scanning", status_fault, "at once, with the scan's id",
@@ -558,7 +558,7 @@ class Conformance {
     } else if (!ended && end->at - sent > at_once) {
       end_fault = "ScanEnd came after " + ms(end->at - sent);
     } else if (scan.end->beams != scan.beams()) {
-      end_fault = "ScanEnd says " + std::to_string(scan.end->beams) + " beams, " +
+      end_fault = "ScanEnd states " + std::to_string(scan.end->beams) + " beams, " +
                   std::to_string(scan.beams()) + " came";
     } else {
       const std::size_t before = peer.received().size();
@@ -613,7 +613,7 @@ class Conformance {
     test_too_many(peer, many);
   }
 
-  /// A receiver may take more windows than the protocol allows for a malformed message.
+  /// A receiver may treat more windows than the protocol allows as a malformed message.
   void test_too_many(ConformancePeer& peer, const std::vector<Window>& windows) {
     const ScanRecord scan = order(peer, windows);
     const bool accepted = scan.answer && scan.answer->accepted;
@@ -658,7 +658,7 @@ class Conformance {
       std::string found;
       if (fault.empty()) found = std::get<Complaint>(peer->find<Complaint>(0)->message).reason;
       check("malformed: " + name, fault, found,
-            "say why with a Complaint (0x86), then close the connection");
+            "give the reason with a Complaint (0x86), then close the connection");
     };
     std::vector<std::uint8_t> damaged = encode(StatusQuery{1});
     damaged.back() ^= 1;

@@ -6,18 +6,18 @@
 
 namespace berth::lidar {
 
-/// One thing that PROTOCOL.md asks of a device, and whether it does so.
+/// One requirement of PROTOCOL.md on a device, and whether the device meets it.
 struct ConformanceCheck {
   enum class Outcome { ok, failed, skipped };
   std::string name;
   Outcome outcome = Outcome::ok;
-  std::string found;  ///< what was seen, with figures
-  std::string mend;   ///< of failed: what the device must do instead
+  std::string found;  ///< observation, with figures
+  std::string mend;   ///< of failed: remedy
 };
 
-/// Speaks to a device or bridge at host:port as the driver does, and as no driver should, over
-/// several connections and some ten seconds: it makes scans. No other host may be connected.
-/// Reports each check once it is done.
+/// Tests a device or bridge at host:port with valid and invalid messages, over several connections
+/// and some ten seconds. The device makes scans. No other host may be connected. Reports each check
+/// once it is done.
 /// @return whether none has failed.
 /// @throws InputError when the address is not of the form host:port, or no server listens there.
 bool test_conformance(const std::string& address,

@@ -21,7 +21,7 @@ Utime ConformancePeer::send(const Message& message) {
 }
 
 void ConformancePeer::send_bytes(std::span<const std::uint8_t> bytes) {
-  // What a device does not take by then it does not read.
+  // A device that does not accept the bytes by then does not read.
   wait(
       [&] {
         bytes = bytes.subspan(socket_.write(bytes).value_or(bytes.size()));
@@ -37,7 +37,7 @@ bool ConformancePeer::wait(const std::function<bool()>& done, Utime timeout) {
     over = true;
     loop_.stop();
   });
-  // What arrives stops the loop at once (read); the beat is for what does not arrive.
+  // An arriving message stops the loop at once (read); the beat ends the wait without one.
   const auto beat = loop_.every(10 * millisecond, [this] { loop_.stop(); });
   while (!over && !done()) loop_.run();
   loop_.cancel(limit);

@@ -31,7 +31,7 @@ class ConformancePeer {
   bool connected() const { return socket_.fd() >= 0; }
   /// The device has closed the connection.
   bool closed() const { return closed_; }
-  /// Why its bytes are not the protocol's; empty: they are.
+  /// Error of the protocol decoder; empty: none.
   const std::string& damage() const { return decoder_.error(); }
   const std::vector<Received>& received() const { return received_; }
 

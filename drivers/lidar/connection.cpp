@@ -21,9 +21,9 @@ struct Listener {
 /// Of one Simulation, by address.
 using Listeners = std::map<std::string, Listener>;
 
-/// What one end is called with; nothing once it is closed. Outlives it in the events under way. As
-/// the reader of a socket it wakes a latency after the first message and takes all that came by
-/// then.
+/// Callbacks of one end, empty once it is closed; pending events keep it alive. Like the reader of
+/// a socket, it wakes one latency after the first message and reads all messages that have arrived
+/// by then.
 struct End {
   Loop& loop;
   Utime latency;
@@ -146,7 +146,7 @@ void TcpConnection::fail(const std::string& reason) {
   over_ = true;
   loop_.cancel(retry_);
   loop_.unwatch(socket_.fd());
-  // Not from within send(): its caller may be in the midst of something.
+  // Not from within send(): its caller may be inside a callback.
   loop_.after(0, [this, reason, alive = alive_] {
     if (*alive) on_closed_(reason);
   });

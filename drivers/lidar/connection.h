@@ -28,14 +28,14 @@ class Connection {
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
-  /// Once, in the callback that has brought the connection.
+  /// Call once, in the callback that delivered the connection.
   virtual void open(OnMessage on_message, OnClosed on_closed) = 0;
   /// Protocol version of both ends; until then the newest.
   virtual void speak(int version) = 0;
   virtual void send(const Message& message) = 0;
 };
 
-/// trouble: why there is none (null), where no patience will reach the address.
+/// trouble: why there is no connection (null) and retries are in vain.
 using Connected =
     std::function<void(std::unique_ptr<Connection> connection, const std::string& trouble)>;
 using Accepted = std::function<void(std::unique_ptr<Connection>)>;
@@ -46,8 +46,8 @@ void dial(Loop& loop, const std::string& address, Connected connected, Utime tim
 /// Accepts until the loop ends. @throws InputError when the address cannot be listened on.
 void listen(Loop& loop, const std::string& address, Accepted accepted);
 
-/// The protocol's bytes on a socket (PROTOCOL.md). What the peer does not take yet is kept here, up
-/// to a bound.
+/// The protocol's bytes on a socket (PROTOCOL.md). Bytes that the peer does not accept yet are
+/// buffered, up to a bound.
 class TcpConnection final : public Connection {
  public:
   TcpConnection(ProcessLoop& loop, Socket socket);
@@ -56,7 +56,7 @@ class TcpConnection final : public Connection {
   void open(OnMessage on_message, OnClosed on_closed) override;
   void speak(int version) override { version_ = version; }
   void send(const Message& message) override;
-  /// Bytes as they are, whether the protocol has them or not.
+  /// Sends bytes unchanged, valid in the protocol or not.
   void send_bytes(std::span<const std::uint8_t> bytes);
 
  private:

@@ -33,7 +33,7 @@ Utime read_clock(clockid_t clock) {
 
 Utime system_now() { return read_clock(CLOCK_REALTIME); }
 
-/// As the kernel stamps files: of its last tick, which on an idle machine may be some ago.
+/// The clock of the kernel's file stamps: that of its last tick, which may lag on an idle machine.
 Utime file_system_now() { return read_clock(CLOCK_REALTIME_COARSE); }
 
 /// us since 1970.
@@ -132,7 +132,7 @@ void FolderAdapter::read_events() {
       const std::string file = event.len > 0 ? at + sizeof event : "";
       at += sizeof event + event.len;
       if ((event.mask & IN_Q_OVERFLOW) != 0) {
-        events_.trouble(name_ + ": more files came at once than the system could tell of");
+        events_.trouble(name_ + ": more files came at once than the system could report");
       } else if (event.wd != watched_) {
         continue;  // of a folder that is gone
       } else if ((event.mask & (IN_DELETE_SELF | IN_MOVE_SELF | IN_UNMOUNT)) != 0) {

@@ -33,16 +33,15 @@ struct StatedTime {
 /// @param changed of the file, us since 1970
 StatedTime state_time(RecordedScan& scan, Utime changed);
 
-/// A LIDAR that exports its scans as files into a folder (common/clouds), by whomever it is
-/// operated: a scan order is answered by the next file that is complete. Complete is a file that is
-/// renamed into the folder, or that its writer has closed (inotify(7), without polling).
-/// A file that cannot be read, that comes without an order or whose scan began before its order is
-/// reported and passed over.
+/// A LIDAR, operated by other means, that exports its scans as files into a folder (common/clouds):
+/// the next complete file answers a scan order. A file is complete when it is renamed into the
+/// folder or closed by its writer (inotify(7), without polling). A file that cannot be read, that
+/// comes without an order or whose scan began before its order is reported and passed over.
 ///
 /// Its clock is the system's. Files are read on a worker; beams go out 400 messages a second.
 class FolderAdapter final : public Adapter {
  public:
-  /// @throws InputError when the folder is none.
+  /// @throws InputError when the path is no folder.
   FolderAdapter(std::filesystem::path folder, const clouds::CloudOptions& options,
                 const LidarProfile& profile, ProcessLoop& loop);
   ~FolderAdapter() override;
@@ -62,7 +61,7 @@ class FolderAdapter final : public Adapter {
  private:
   struct Pending {
     std::int64_t id = 0;
-    Utime ordered = 0;  // as a file changed then would be stamped
+    Utime ordered = 0;  // time of the order on the clock of file stamps
     std::optional<RecordedScan> scan;
     std::size_t next = 0;  // of its beams
   };

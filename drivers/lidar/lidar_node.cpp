@@ -77,12 +77,12 @@ void LidarNode::take_request(const scan_request_t& request) {
   if (request.scan_id == last_requested_) return;  // a repeat
   if (request.scan_id < last_requested_) {
     return event(event_t::NOTICE, "stale-scan-request",
-                 "scan " + std::to_string(request.scan_id) + " was asked for after scan " +
+                 "scan " + std::to_string(request.scan_id) + " was requested after scan " +
                      std::to_string(last_requested_) + ": not obeyed");
   }
   last_requested_ = request.scan_id;
   if (!scan_) return start(request);
-  // The newer one waits until the device has let go of the older one.
+  // The newer request waits until the device has ended the older scan.
   pending_ = request;
   if (!scan_->cancelling) device_->cancel(scan_->request.scan_id);
   scan_->cancelling = true;
@@ -220,7 +220,7 @@ void LidarNode::start_pending() {
 
 void LidarNode::lost(const std::string& reason) {
   device_fault_.clear();
-  // Before the first connection the device may just be starting, as we are.
+  // Before the first connection the device may still be starting.
   report(was_ready_ ? node_status_t::FAULT : node_status_t::STARTING, reason);
   event(was_ready_ ? event_t::ERROR : event_t::NOTICE, "lidar-offline", reason);
   if (scan_) return finish(ScanPacket::ABORTED, reason, now());

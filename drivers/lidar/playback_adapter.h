@@ -15,10 +15,10 @@ struct PlaybackSettings {
   Utime max_gap = 10 * second;  ///< of waiting for a recorded scan's time
 };
 
-/// A LIDAR that answers scan orders with the scans of a recording, in their order, whatever windows
-/// are asked for. Beams come on the loop's clock, as far apart as they were recorded. A scan starts
-/// as long after the one before as it did when it was recorded; at once when it is requested later
-/// than that, and all that follows moves with it.
+/// A LIDAR that answers scan orders with the scans of a recording, in their order; the ordered
+/// windows are ignored. Beams come on the loop's clock, as far apart as they were recorded. A scan
+/// starts as long after the one before as it did when it was recorded; at once when it is requested
+/// later than that, and all that follows moves with it.
 class PlaybackAdapter final : public Adapter {
  public:
   PlaybackAdapter(std::unique_ptr<Recording> recording, PlaybackSettings settings,

@@ -44,7 +44,7 @@ constexpr ScanResult last_value<ScanResult> = ScanResult::failed;
 template <>
 constexpr DeviceState last_value<DeviceState> = DeviceState::fault;
 
-/// Whether a value that was read is one that may have been written.
+/// Whether a value that was read is valid.
 template <class Value>
 bool is_sound(Value value) {
   if constexpr (std::is_floating_point_v<Value>) return std::isfinite(value);
@@ -106,7 +106,7 @@ class Writer {
   int version_;
 };
 
-/// Reads what Writer wrote. A value that fails stays as it was, and ok() is false from then on.
+/// Reads the output of Writer. An invalid value is left unset, and ok() is false from then on.
 class Reader {
  public:
   explicit Reader(std::span<const std::uint8_t> bytes, int version = protocol_version)

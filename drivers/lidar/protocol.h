@@ -55,8 +55,8 @@ struct ScanAnswer {
   std::string reason;       ///< of a refusal
 };
 
-/// A beam and what came back, as in scan_packet2_t. Of version 1: without origin, ambient light,
-/// sigma and second return. 0: unknown.
+/// A beam and its returns, as in scan_packet2_t. Of version 1: without origin, ambient light, sigma
+/// and second return. 0: unknown.
 struct BeamReturn {
   std::uint32_t after_us = 0;  ///< after Returns::device_time
   float range_m = 0;           ///< from the origin; 0 unless hit
@@ -97,7 +97,7 @@ struct Cancel {
   std::int64_t scan_id = 0;
 };
 
-/// Host to device, any time: how are you, and what is your clock?
+/// Host to device, any time: requests state and clock.
 struct StatusQuery {
   std::uint32_t token = 0;  ///< comes back
 };
@@ -130,7 +130,7 @@ std::vector<std::uint8_t> encode(const Message& message, int version = protocol_
 /// @throws std::length_error as encode.
 std::vector<std::uint8_t> frame_of(std::uint8_t type, std::span<const std::uint8_t> payload);
 
-/// Bytes in, messages out, of either version. Never throws on what it is fed. The transport is
+/// Bytes in, messages out, of either version. Never throws for any input. The transport is
 /// reliable, so damage means that the peer does not speak this protocol: the decoder then stops for
 /// good with an error that names the fault, and the connection is to be closed.
 class Decoder {

@@ -30,7 +30,7 @@ void ProtocolAdapter::dial() {
 void ProtocolAdapter::connected(std::unique_ptr<Connection> connection,
                                 const std::string& trouble) {
   if (!connection) {
-    return drop(trouble.empty() ? "nobody answers at " + settings_.address : trouble);
+    return drop(trouble.empty() ? "no answer from " + settings_.address : trouble);
   }
   last_received_ = loop_.now();
   connection_ = std::move(connection);
@@ -86,8 +86,8 @@ void ProtocolAdapter::poll() {
                 std::to_string(settings_.returns_silence / millisecond) + " ms");
   }
   if (loop_.now() - last_received_ > settings_.silence) {
-    return drop("nothing heard from the LIDAR for " + std::to_string(settings_.silence / second) +
-                " s");
+    return drop("nothing received from the LIDAR for " +
+                std::to_string(settings_.silence / second) + " s");
   }
   if (!greeted_) return;
   queries_[++token_] = loop_.now();

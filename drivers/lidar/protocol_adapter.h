@@ -15,14 +15,14 @@ struct ProtocolSettings {
   std::string address;                      ///< host:port
   std::string model;                        ///< the device must name itself so
   Utime status_period = 250 * millisecond;  ///< of clock readings
-  Utime silence = 1 * second;               ///< after which a device is taken for dead
+  Utime silence = 1 * second;               ///< after which a device counts as dead
   Utime redial = 500 * millisecond;
   Utime dial_timeout = Sockets::dial_timeout;
   Utime returns_silence = 1 * second;  ///< a scan without news for so long: the same
 };
 
 /// The host's end of Berth's own protocol (PROTOCOL.md), over TCP in a process and as values in the
-/// twin: dials, again and again; greets; checks who answers; reads the device's clock; notices
+/// twin: dials until connected, greets, checks the device's identity, reads its clock, detects
 /// silence. Ready once the device is known and its clock read. A device that hangs up on a greeting
 /// in the newest version is greeted in version 1.
 class ProtocolAdapter final : public Adapter {

@@ -29,16 +29,16 @@ struct RecordedBeam {
 struct RecordedScan {
   std::string name;                 ///< for messages
   std::vector<RecordedBeam> beams;  ///< in ascending time
-  bool timed = false;               ///< times of two scans have to do with one another
+  bool timed = false;               ///< times of different scans share one clock
   Utime delay = 0;                  ///< from the request to the first beam, when it was recorded
-  std::string failure;              ///< why it ended early; empty: it is complete
+  std::string failure;              ///< why the scan ended early; empty: it is complete
 };
 
 /// Recorded scans, one by one.
 class Recording {
  public:
   virtual ~Recording() = default;
-  /// What is played: a path.
+  /// The path that is played.
   virtual const std::string& name() const = 0;
   /// Nothing at the end. @throws InputError for a scan that cannot be read; the next call goes on
   /// after it.
@@ -56,7 +56,7 @@ RecordedScan read_scan(const std::filesystem::path& file, double rate_hz,
 /// LIDAR's rate. All files are read at the start too, so that none fails in the middle of a run.
 class CloudRecording final : public Recording {
  public:
-  /// @throws InputError when there is no cloud, or naming every one that cannot be read.
+  /// @throws InputError when there is no cloud; otherwise it lists all that cannot be read.
   CloudRecording(const std::filesystem::path& path, double rate_hz,
                  const clouds::CloudOptions& options = {});
 

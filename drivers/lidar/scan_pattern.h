@@ -12,10 +12,11 @@ struct BeamAngles {
   double elevation = 0;  ///< rad
 };
 
-/// Beams that a window asks for: its count, or what its spacing makes of its size (at least 1).
+/// Number of beams of a window: its count, or the number that follows from its size and spacing (at
+/// least 1).
 std::int64_t beam_count(const Window& window);
-/// Distance between neighbouring beams, rad: its spacing, or what its count makes of its size; 0
-/// for a window without size.
+/// Distance between neighbouring beams, rad: the window's spacing, or the one that follows from its
+/// size and count; 0 for a window without size.
 double beam_spacing(const Window& window);
 
 /// The beams of one window, one by one, none stored: beam i is fired i-th. All lie in the window.

@@ -15,8 +15,8 @@ class SimulatedLoop;
 class MemoryLink;
 class MemoryServer;
 
-/// One connection in the twin. Either end may be closed (null) before the other one knows; the
-/// server's is from the time on at which it has accepted.
+/// One connection in the twin. An end is null once it is closed, which the other end notices later;
+/// the server's end is also null before it has accepted.
 struct MemoryConnection {
   MemoryLink* link = nullptr;
   MemoryServer* server = nullptr;

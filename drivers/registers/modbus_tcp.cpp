@@ -36,11 +36,11 @@ int carry(modbus_t* modbus, const RegisterRequest& request, RegisterAnswer& answ
   return modbus_write_bit(modbus, address, request.on ? 1 : 0);
 }
 
-/// What a request has come to, on the worker.
+/// Outcome of a request, on the worker.
 struct Exchange {
   RegisterRequest request;
   RegisterAnswer answer{};
-  std::string loss{};  // why the connection is of no use any more
+  std::string loss{};  // why the connection is unusable; empty: it is usable
 };
 
 void exchange(modbus_t* modbus, const ProcessLoop& loop, const std::string& late, Exchange& one) {
@@ -72,7 +72,8 @@ int word_at(std::span<const std::uint8_t> bytes, std::size_t at) {
   return at + 1 < bytes.size() ? bytes[at] << 8 | bytes[at + 1] : -1;
 }
 
-/// Longer than nothing: libmodbus sleeps for a server's response time-out before some exceptions.
+/// Above 0, as short as possible: libmodbus sleeps for a server's response time-out before some
+/// exceptions.
 constexpr Utime pause_before_exception = 1;
 
 }  // namespace
@@ -187,7 +188,7 @@ void ModbusTcpServer::accept(Socket socket) {
   });
 }
 
-/// The loop does the task, unless the connection or the server is gone by then.
+/// Posts a task to the loop; dropped when the connection or the server is gone by then.
 void ModbusTcpServer::post(std::uint64_t id, std::function<void(Connection&)> task) {
   loop_.post([this, alive = std::weak_ptr<bool>(alive_), id, task = std::move(task)] {
     if (alive.expired()) return;
@@ -241,7 +242,7 @@ bool ModbusTcpServer::send_garbage(const Connection& to) const {
 void ModbusTcpServer::answer(Connection& to, const Request& request) {
   modbus_t* const modbus = to.modbus.get();
   const RegisterAccess access = access_of(request, image_);
-  // Of a function that it does not know libmodbus has read no more than the number.
+  // Of an unknown function libmodbus has read the number only.
   const bool unknown = access.exception == MODBUS_EXCEPTION_ILLEGAL_FUNCTION;
   const int length = static_cast<int>(request.size() - unit_at);
   if (word_at(request, protocol_at) != 0 || (!unknown && word_at(request, length_at) != length)) {

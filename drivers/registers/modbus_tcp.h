@@ -30,8 +30,8 @@ struct ModbusFree {
 /// libmodbus on a connected socket, which it owns: closed with it.
 using ModbusContext = std::unique_ptr<modbus_t, ModbusFree>;
 
-/// response_timeout: of a client, the whole answer's: no byte's own one re-arms it. A server sleeps
-/// for it before the exceptions 1 and 3.
+/// response_timeout: of a client, for the whole answer (there is no time-out per byte). A server
+/// sleeps for it before the exceptions 1 and 3.
 inline ModbusContext make_modbus_context(int fd, int unit, Utime response_timeout) {
   ModbusContext modbus(modbus_new_tcp("0.0.0.0", 502));  // never dialled
   if (!modbus) throw std::bad_alloc();
@@ -43,13 +43,13 @@ inline ModbusContext make_modbus_context(int fd, int unit, Utime response_timeou
   return modbus;
 }
 
-/// A real-time process (process_host) resets the priority of threads that it starts; those that
-/// carry its device's traffic take it over again.
+/// A real-time process (process_host) resets the priority of threads that it starts; the threads of
+/// device traffic restore it.
 class ThreadPriority {
  public:
   /// Of the calling thread.
   ThreadPriority() : policy_(sched_getscheduler(0)) { sched_getparam(0, &parameter_); }
-  /// Gives it to the calling thread; without effect where the system does not let it.
+  /// Applies it to the calling thread; without effect where the system forbids it.
   void take() const { sched_setscheduler(0, policy_, &parameter_); }
 
  private:
@@ -81,7 +81,7 @@ class ModbusTcpLink final : public RegisterLink {
 class ProcessLoop;
 class Socket;
 
-/// What a request touches of an image, or the exception that it earns.
+/// The registers or bits that a request accesses, or the exception that answers it.
 struct RegisterAccess {
   RegisterTable table = RegisterTable::registers;
   bool writes = false;

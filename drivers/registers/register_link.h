@@ -41,9 +41,9 @@ struct RegisterAnswer {
 };
 
 /// A driver's connection to a device with registers: ModbusTcpLink in a process, MemoryLink in the
-/// twin. Nothing here waits: requests go out one at a time, answers come through the loop. It keeps
-/// its connection up by itself: after a time-out or an unusable answer it closes it, so that no
-/// late answer is taken for another's, and dials again with back-off.
+/// twin. No call blocks: requests go out one at a time, answers come through the loop. It keeps its
+/// connection up by itself: after a time-out or an unusable answer it closes it, so that no late
+/// answer is mistaken for another's, and dials again with back-off.
 class RegisterLink {
  public:
   struct Options {
@@ -64,7 +64,7 @@ class RegisterLink {
   RegisterLink& operator=(const RegisterLink&) = delete;
 
   bool connected() const { return connected_; }
-  /// Nothing under way and nothing waiting.
+  /// No request is under way or waiting.
   bool idle() const { return waiting_.empty() && !current_; }
 
   /// Each calls done exactly once, unless the link is destroyed before. Not connected, or more than
@@ -86,7 +86,7 @@ class RegisterLink {
   virtual void send(const RegisterRequest& request) = 0;
   virtual void close() = 0;
 
-  /// trouble: why no patience will reach the address; empty: nothing of the kind.
+  /// trouble: why repeated dialling is in vain; empty: it is not.
   void dialled(bool connected, const std::string& trouble);
   void answered(const RegisterAnswer& answer);
   void lost(const std::string& reason);

@@ -55,7 +55,7 @@ class RegisterImage {
   std::vector<std::uint8_t> inputs_;
 };
 
-/// What is wrong with a simulated device's connections; each lasts until it is taken back.
+/// Faults of a simulated device's connections; each lasts until it is cleared.
 struct RegisterFaults {
   bool silent = false;   ///< takes requests, carries out and answers none
   int exception = 0;     ///< carries out nothing, answers with this exception code
@@ -63,9 +63,9 @@ struct RegisterFaults {
   Utime delay = 0;       ///< carries out and answers so much later
 };
 
-/// Serves a simulated device's image: ModbusTcpServer in a process, MemoryServer in the twin.
-/// It answers to its unit and, as a device behind no gateway, to 0 and 255 (MODBUS Messaging on
-/// TCP/IP Implementation Guide V1.0b, 4.4.2); others earn exception 11. Connections beyond the
+/// Serves a simulated device's image: ModbusTcpServer in a process, MemoryServer in the twin. It
+/// answers to its unit and, as a device behind no gateway, to 0 and 255 (MODBUS Messaging on TCP/IP
+/// Implementation Guide V1.0b, 4.4.2); others are answered by exception 11. Connections beyond the
 /// limit are closed at once, silent ones after a while.
 class RegisterServer {
  public:
@@ -75,11 +75,11 @@ class RegisterServer {
     int connections = 2;
     Utime idle_timeout = 5 * second;
   };
-  /// Called on the loop with the first number (from 1) and count of what a request touches:
-  /// before a read, which it may renew, or behind a write.
+  /// Called on the loop with first number (from 1) and count of a request: before a read, to update
+  /// the image, and after a write.
   using Hook = std::function<void(RegisterTable table, int first, int count)>;
 
-  /// Of one connection, as the server has it.
+  /// The server's state of one connection.
   struct ConnectionState {
     Utime last_received = 0;
     bool deaf = false;
@@ -93,8 +93,7 @@ class RegisterServer {
   /// One of them, counted from 0 in the order in which they came.
   virtual void drop_connection(int n) = 0;
   /// The connection goes deaf as after a peer's power cut: nothing is received or sent on it, and
-  /// the peer is not informed; it counts until it has been idle too long. New ones are as they
-  /// should be.
+  /// the peer is not informed; it counts until it has been idle too long. New connections work.
   void half_open(int n) { state(n).deaf = true; }
 
   void drop_connections() {

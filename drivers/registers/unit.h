@@ -5,7 +5,7 @@
 
 namespace berth {
 
-/// A register map's `unit`: whom Modbus' header addresses. @throws InputError.
+/// A register map's `unit`: the address in Modbus' header. @throws InputError.
 inline int read_unit(Config& config) {
   const int unit = config.small_integer("unit", within(0, 255));
   if (unit > 247 && unit != 255) {

@@ -28,7 +28,7 @@ bool passes(const Vector3d& origin, const Vector3d& direction, const Eigen::Arra
     const double inverse = 1 / direction[i];  // infinite is right
     const double a = (-half_size[i] - origin[i]) * inverse;
     const double b = (half_size[i] - origin[i]) * inverse;
-    // In this order what is not a number (along a side's plane) lets it through.
+    // In this order of arguments NaN (a ray within a side's plane) does not exclude a hit.
     enters = std::max(enters, std::min(a, b));
     leaves = std::min(leaves, std::max(a, b));
   }
@@ -93,7 +93,7 @@ CellScene::Body& CellScene::add(Group& group, const Mesh& mesh, std::size_t fram
   for (const auto& v : mesh.vertices) radius = std::max(radius, (v - centre).norm());
   group.bodies.push_back({RayCaster(mesh),
                           centre,
-                          radius * 1.001,  // so that where it is need not be known exactly
+                          radius * 1.001,  // covers the error of its approximate place
                           0.5 * box.size(),
                           frame,
                           false,

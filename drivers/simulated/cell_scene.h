@@ -13,7 +13,7 @@
 
 namespace berth {
 
-/// The true joints of an arm at a time. The LIDAR asks for times up to one packet (25 ms) back, in
+/// The true joints of an arm at a time. The LIDAR requests times up to one packet (25 ms) back, in
 /// ascending order, never ahead of the loop's clock.
 using JointsAt = std::function<Joints(Utime)>;
 
@@ -30,7 +30,7 @@ struct SunLamp {
 /// The cell as it truly is: target, mount, both arms and the room, each rigid body with a ray
 /// caster of its own that never moves; a ray is brought into the body's frame instead. Left out:
 /// the sensor's housing and the sensor arm's last link, which carry the LIDAR and lie behind its
-/// aperture, and keep-out volumes, which are not there to be seen.
+/// aperture, and keep-out volumes, which are invisible.
 class CellScene final : public Scene {
  public:
   /// `world` is the true cell: placements, tools, kinematics and meshes as perturbed.
@@ -42,7 +42,7 @@ class CellScene final : public Scene {
   void cast(Utime t, std::span<const Ray> rays, double max_range,
             std::span<SceneHit> hits) override;
   void prepare(Utime last) override;
-  /// The room hides no lamp: it is the room's.
+  /// The room occludes no lamp: the lamps are part of it.
   Sunlight sunlight(Utime t) override;
 
   /// Place of the lamp, read once per packet; none: dark.
@@ -110,7 +110,7 @@ class CellScene final : public Scene {
   /// @return false when it has not moved.
   static bool move(Arm& arm, Utime t, Utime next);
   void move_to(Utime t);
-  /// What a ray of the sensor frame meets first: the body, and the normal in the sensor frame.
+  /// First hit of a ray of the sensor frame: the body, and the normal in the sensor frame.
   struct Met {
     double range;
     const Body* body;
@@ -119,7 +119,7 @@ class CellScene final : public Scene {
   };
   /// Brings the sensor into a body's frame, unless it is there.
   void see_from(const Group& group, const Body& body) const;
-  /// Rays of one beam, sensor frame. met: keeps what is nearer.
+  /// Rays of one beam, sensor frame. met: keeps the nearer hit.
   void cast_at(const Group& group, std::span<const Ray> rays, std::span<Met> met) const;
   bool meets_plate(const Pose& sensor, const Vector3d& direction, double range,
                    SceneHit& hit) const;

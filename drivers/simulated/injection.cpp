@@ -93,7 +93,7 @@ std::vector<std::string> FaultTable::active() const {
 
 namespace {
 
-/// Of a Modbus server, whosever.
+/// Faults of any device's Modbus server.
 void add_wire(FaultTable& table, const std::string& device, RegisterServer& server) {
   const auto level = [&](const char* name, auto set) {
     table.set(

@@ -15,12 +15,12 @@
 
 namespace berth {
 
-/// What can go wrong with the simulated devices, and what does at present. No bus, no timer: the
-/// cell asks it at the times that matter.
+/// The possible faults of the simulated devices, and the active ones. Without bus and timer: the
+/// cell calls it when a fault is due.
 class FaultTable {
  public:
-  /// What happens when a fault of fault_kinds() begins, with its value, and when it ends; without
-  /// an end it is over as soon as it has begun, as a dropped connection.
+  /// Sets the actions at the begin of a fault of fault_kinds(), with its value, and at its end; a
+  /// fault without an end is instantaneous, such as a dropped connection.
   void set(const std::string& device, const std::string& name, std::function<void(double)> begin,
            std::function<void()> end);
   /// @return kinds for which nothing was set.
@@ -28,15 +28,16 @@ class FaultTable {
 
   /// A fault that is there already takes the new value and duration.
   /// @param duration from now until it clears itself, s; 0: until it is cleared.
-  /// @return why not, naming what is known; empty: done.
+  /// @return why it was refused, with the known names; empty: done.
   std::string inject(const std::string& device, const std::string& name, double value,
                      double duration, Utime now);
-  /// An empty name: all faults of the device. @return as above; that none is there is no mistake.
+  /// An empty name: all faults of the device. @return as above; clearing an inactive fault is no
+  /// error.
   std::string clear(const std::string& device, const std::string& name);
   void clear_all();
-  /// Clears what has lasted its duration. @return whether anything has changed.
+  /// Clears faults whose duration is over. @return whether anything has changed.
   bool advance(Utime now);
-  /// When that is to be called again; 0: never.
+  /// When advance() is due again; 0: never.
   Utime next_change() const;
 
   /// "lidar: range_bias 50 mm", in the order of the table.
@@ -59,8 +60,8 @@ class FaultTable {
   std::map<std::size_t, Active> active_;
 };
 
-/// All that a procedure can make go wrong in the simulated cell: docs/simulated_cell.md has the
-/// table. The devices must outlive it.
+/// All faults of the simulated cell: docs/simulated_cell.md has the table. The devices must outlive
+/// it.
 FaultTable cell_faults(SimulatedController& replica, SimulatedController& sensor, SimulatedPlc& plc,
                        SimulatedLidar& lidar, CellScene& scene);
 

@@ -32,7 +32,7 @@ struct PerturbationSizes {
 void read_geometry(Config config, PerturbationSizes& sizes);
 void read_clocks(Config config, PerturbationSizes& sizes);
 
-/// One arm as it really is.
+/// Errors of one arm.
 struct ArmErrors {
   Pose base;                    ///< T_base_truebase
   Pose tool;                    ///< T_tool_truetool
@@ -40,14 +40,14 @@ struct ArmErrors {
   std::array<Pose, 6> links{};  ///< behind each link, in its frame
   Utime clock = 0;              ///< controller clock minus the cell's
   double drift = 0;             ///< of the controller clock
-  Utime report_lag = 0;         ///< on top of the controller's own; reports come from no future
+  Utime report_lag = 0;         ///< in addition to the controller's own; never negative
 };
 
 /// The same seed and role draw the same errors.
 ArmErrors draw_errors(const PerturbationSizes& sizes, const PlacedArm& arm, std::uint64_t seed);
 
-/// The cell as it really is: bases, tools and link geometry with their errors, and the true target.
-/// Its kinematics take true joints.
+/// The true cell: bases, tools and link geometry with their errors, and the true target. Its
+/// kinematics take true joints.
 Cell perturbed_cell(const Cell& nominal, const Target& target, const ArmErrors& replica,
                     const ArmErrors& sensor);
 

@@ -10,18 +10,18 @@ namespace berth {
 
 /// Motion of the program `LBL[1]; J PR[1] 100% CNTn; JMP LBL[1]`, in motor coordinates.
 ///
-/// The line reads PR[1] when the motion before lets the next one begin, on the interpolation grid,
-/// and plans from the last target to what it has read: a trapezoid of speed that ends at rest, all
-/// motors in proportion, the slowest at its limits. Nothing beyond that point is known (no
-/// look-ahead). The next motion begins in the last n % of the time in which this one slows down,
-/// and the two are added (blending): with CNT100 an even row of points is run through without a
-/// stop, as fast as the acceleration allows for their distance, whatever speed the host meant. The
-/// robot is then early and waits for the next point: its speed is uneven.
+/// The line reads PR[1] when the previous motion admits the next one, on the interpolation grid,
+/// and plans from the last target to PR[1]: a trapezoid of speed that ends at rest, all motors in
+/// proportion, the slowest at its limits. Nothing beyond that point is known (no look-ahead). The
+/// next motion begins in the last n % of the time in which this one slows down, and the two are
+/// added (blending): with CNT100 evenly spaced points are passed without a stop, as fast as the
+/// acceleration allows for their distance, at whatever rate the host sends them. The robot is then
+/// early and waits for the next point: its speed is uneven.
 class PositionRegisterLoop {
  public:
   using Motors = Eigen::Matrix<double, 6, 1>;
   struct Limits {
-    Motors speed;  ///< rad/s or m/s, override and all; 0: no motion begins
+    Motors speed;  ///< rad/s or m/s, override included; 0: no motion begins
     Motors acceleration;
   };
 

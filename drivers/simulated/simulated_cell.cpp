@@ -44,7 +44,7 @@ std::string text_of(const std::vector<std::string>& faults) {
   return text.empty() ? "none" : text;
 }
 
-/// A controller with the program that the world has.
+/// Options of the controllers, with the program that the world defines.
 SimulatedController::Options as_it_runs(const SimulatedCell::Setup& setup) {
   SimulatedController::Options options = setup.settings.controller;
   options.robot.program = setup.settings.world.program;
@@ -52,7 +52,7 @@ SimulatedController::Options as_it_runs(const SimulatedCell::Setup& setup) {
   return options;
 }
 
-/// The LIDAR with what the world has made of it.
+/// Settings of the LIDAR, with the errors of the world.
 SimulatedLidarSettings as_it_is(const SimulatedCell::Setup& setup) {
   SimulatedLidarSettings lidar = setup.lidar;
   const LidarErrors errors = draw_lidar_errors(setup.settings.world, setup.seed);
@@ -202,7 +202,7 @@ void SimulatedCell::carry_out(const injection_t& injection) {
   advance_faults();
 }
 
-/// Clears what is due, and wakes up again for the next.
+/// Clears faults that are due, and schedules the next call.
 void SimulatedCell::advance_faults() {
   if (faults_.advance(now())) {
     event(event_t::NOTICE, "injection",

@@ -30,8 +30,8 @@ class LogFile;
 
 namespace berth {
 
-/// The log of where the replica really was: channel WORLD_TRUTH in stock LCM format, a file next to
-/// the run. Nothing of it goes over the bus.
+/// The log of the replica's true poses: channel WORLD_TRUTH in stock LCM format, a file next to the
+/// run's log. It is not published on the bus.
 class WorldTruthLog {
  public:
   /// @throws InputError when the file cannot be written.
@@ -48,8 +48,8 @@ class WorldTruthLog {
 
 /// All hardware of the cell, simulated: one scene and one clock, two arm controllers, the PLC and
 /// the LIDAR, each served at its address of devices.yaml. On the bus it is a node like others: it
-/// takes INJECTION, publishes the devices' faults in INJECTION_STATE, and publishes nothing of the
-/// truth; that goes to world_truth.lcm alone.
+/// takes INJECTION, publishes the devices' faults in INJECTION_STATE, and writes the truth to
+/// world_truth.lcm alone.
 class SimulatedCell final : public Node {
  public:
   struct Setup {
@@ -75,9 +75,9 @@ class SimulatedCell final : public Node {
   }
   SimulatedPlc& plc() { return plc_; }
   SimulatedLidar& lidar() { return lidar_; }
-  /// The cell as it really is: takes true joints.
+  /// The true cell: takes true joints.
   const Cell& world() const { return world_; }
-  /// T_sensor_model as it really was, at any time of the last half second up to now.
+  /// True T_sensor_model, at any time of the last half second up to now.
   Pose true_relative_pose(Utime t);
 
  private:

@@ -14,8 +14,8 @@
 namespace berth {
 
 /// One simulated arm controller behind registers (Modbus). What it reports comes from its encoders
-/// and the nominal kinematics; where the arm really is from the true joints (encoders less the zero
-/// errors).
+/// and the nominal kinematics; the arm's true place follows from the true joints (encoders less the
+/// zero errors).
 class SimulatedController {
  public:
   struct Options {
@@ -31,7 +31,7 @@ class SimulatedController {
   SimulatedController(const std::string& address, const RegisterMap& map, const PlacedArm& arm,
                       const ArmErrors& errors, Options options, Loop& loop);
 
-  /// Where the arm really is, at any time of the last half second up to now.
+  /// True joints, at any time of the last half second up to now.
   Joints true_joints(Utime t);
   ControllerState state();
   int error();
@@ -41,10 +41,10 @@ class SimulatedController {
   /// State of the PLC's E-stop chain.
   void set_safety(bool estop_closed, bool fence_closed);
 
-  /// Its connections, and what is wrong with them.
+  /// Its connections and their faults.
   RegisterServer& server() { return *server_; }
 
-  // Faults: each lasts until it is taken back.
+  // Faults: each lasts until it is cleared.
   /// The program stops calculating: tick and position stand still in the registers, the arm brakes.
   void freeze(bool frozen);
   void invalidate_joints(bool invalid) { joints_invalid_ = invalid; }
@@ -54,7 +54,7 @@ class SimulatedController {
   void offset(const Joints& offset) { offset_ = offset; }
   /// The arm itself creeps.
   void creep(const Joints& rate);
-  /// The program leaves its set-points.
+  /// The program departs from its set-points at this rate.
   void run_away(const Joints& rate);
   /// The pendant's speed override is turned down: 0..1, 1 again afterwards.
   void set_override(double fraction);

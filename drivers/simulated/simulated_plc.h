@@ -12,7 +12,7 @@
 namespace berth {
 
 /// The facility's PLC behind registers (Modbus): lamps that take a moment to come up and to turn,
-/// the E-stop chain and the fence, which it hands on to the arm controllers as the real wires do.
+/// the E-stop chain and the fence, which it passes on to the arm controllers as the hard wires do.
 class SimulatedPlc {
  public:
   struct Options {
@@ -37,7 +37,7 @@ class SimulatedPlc {
   double sun_azimuth() const { return azimuth_.at(loop_.now()); }
   double sun_elevation() const { return elevation_.at(loop_.now()); }
 
-  /// Its connections, and what is wrong with them.
+  /// Its connections and their faults.
   RegisterServer& server() { return *server_; }
 
  private:

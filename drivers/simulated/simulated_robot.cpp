@@ -7,13 +7,12 @@
 namespace berth {
 namespace {
 
-/// How fast the program forgets its least delayed set-point, us per set-point: covers the drift of
-/// two clocks.
+/// Relaxation of the smallest delay found, us per set-point: covers the drift of two clocks.
 constexpr Utime offset_relaxation = 20;
 /// A set-point after a pause is reached from the last one in this time.
 constexpr Utime resumption = 16 * millisecond;
 
-/// The speed from which, slowing down by a every period dt, the way is just run through.
+/// The greatest speed that can be braked within `way` at the deceleration a, in periods of dt.
 double brakable_speed(double way, double a, double dt) {
   const double step = a * dt * dt;
   const double periods = std::max(1.0, std::ceil(0.5 * (std::sqrt(1 + 8 * way / step) - 1)));
@@ -46,7 +45,7 @@ SimulatedRobot::SimulatedRobot(std::shared_ptr<const ArmKinematics> kinematics, 
       last_heartbeat_(now),
       loop_(options.cnt),
       tick_(now) {
-  // What turns a motor is linear in the joints (J2/J3 coupling): learn it.
+  // Motor coordinates are linear in the joints (J2/J3 coupling): find the matrix.
   const Joints none = kinematics_->motor_joints(Joints{});
   for (std::size_t j = 0; j < 6; ++j) {
     Joints unit{};
@@ -136,8 +135,8 @@ SimulatedRobot::Motors SimulatedRobot::desired(Utime t) const {
   return before->motors + s * (after->motors - before->motors);
 }
 
-/// Speed for the next period: along with what is desired and so much faster that the rest of the
-/// way can still be braked.
+/// Speed for the next period: that of the desired motion, plus as much towards it as can still be
+/// braked.
 SimulatedRobot::Motors SimulatedRobot::follow(const Motors& desired_now,
                                               const Motors& desired_next) const {
   const double dt = seconds(options_.interpolation_period);

@@ -25,13 +25,13 @@ const char* text(int error);
 }  // namespace robot_error
 
 /// A robot and its motion program, without wire: set-points in, joints out. It moves on the grid of
-/// the controller's interpolation period and is worked out only when it is looked at: advance() to
-/// the present before anything else. Joints as the controller counts them (its encoders).
+/// the controller's interpolation period and is computed on demand: call advance() to the present
+/// before anything else. Joints as the controller counts them (its encoders).
 ///
 /// Two kinds of program. One plays set-points out a dead time after they came, interpolated between
-/// their stamps, and clips each motor's speed and acceleration. The other knows no stamps: it moves
-/// to a position register again and again (position_register_loop.h), which has each set-point a
-/// dead time after it came.
+/// their stamps, and clips each motor's speed and acceleration. The other ignores stamps: it moves
+/// to a position register in a loop (position_register_loop.h), which holds each set-point a dead
+/// time after it came.
 class SimulatedRobot {
  public:
   enum class Program { interpolating, position_register };
@@ -77,14 +77,13 @@ class SimulatedRobot {
   /// At any time of the last half second, up to the end of the current period.
   Joints joints_at(Utime t) const;
 
-  // Faults, for tests: each lasts until it is taken back.
+  // Faults, for tests: each lasts until it is cleared.
   /// The program stops calculating; the robot brakes.
   void freeze(bool frozen) { frozen_ = frozen; }
   /// A drive's fault: the axes creep by themselves (rad/s, m/s), whatever the program does; an
   /// emergency stop, which cuts the power and lets the brakes fall, ends it.
   void creep(const Joints& rate) { creep_ = rate; }
-  /// The program's fault: while it runs, it goes away from its set-points at this rate (rad/s,
-  /// m/s).
+  /// The program's fault: while it runs, it departs from its set-points at this rate (rad/s, m/s).
   void run_away(const Joints& rate);
 
  private:

@@ -22,7 +22,7 @@ struct SnpxPosition {
   bool joints_valid = false;
 };
 
-/// What a controller shows through its $SNPX_ASG table, and what writes to registers do to it:
+/// The registers that a controller shows through its $SNPX_ASG table, and the effect of writes:
 /// registers without an assignment read 0 and ignore writes, of overlapping assignments the lower
 /// slot wins, POS, PRG and ALM ignore writes. The table itself is among the variables.
 class SnpxMemory {

@@ -195,7 +195,7 @@ std::vector<std::size_t> removable_pieces(const Target& target, std::vector<std:
   return piece_of;
 }
 
-/// Removes one piece that is worth the name (a fiftieth of the surface) and leaves half of it.
+/// Removes one piece of at least a fiftieth of the surface, so that at least half of it is left.
 void remove_part(TrueTarget& truth, Random& random) {
   Mesh& mesh = truth.target.mesh;
   std::vector<std::string> names;
@@ -244,7 +244,7 @@ void add_part(TrueTarget& truth, double size, Random& random) {
   Vector3d normal = ab.cross(ac).normalized();
   const double turn = random.uniform(0, radians(360));
   for (int axis = 0; axis < 3; ++axis) truth.extra_size[axis] = random.uniform(0.25, 1) * size;
-  // Winding is not reliable: out is where nothing of the target follows, else away from its middle.
+  // Winding is not reliable: outwards is the side without further hits, else away from the middle.
   const RayCaster caster(mesh);
   const double start = 1e-4 * size;
   const auto follows = [&](const Vector3d& d) {

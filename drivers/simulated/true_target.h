@@ -35,8 +35,8 @@ class SmoothField {
   std::array<Feature, count> features_;
 };
 
-/// How the target that the arm really holds departs from its description: section `target` of a
-/// world (config/worlds). All zero: not at all.
+/// How the true target departs from its description: section `target` of a world (config/worlds).
+/// All zero: not at all.
 struct TargetDepartures {
   double surface = 0;                   ///< times the surface_sigma of each part
   std::optional<double> rigid_surface;  ///< m: this sigma instead, for parts that are rigid
@@ -52,7 +52,7 @@ struct TargetDepartures {
 /// @throws InputError.
 TargetDepartures read_target_departures(Config config);
 
-/// The target as it really is, and what was drawn.
+/// The true target, and its random draws.
 struct TrueTarget {
   /// Mesh and parts as they are; model frame, ports and mount are those of the description.
   Target target;

@@ -11,8 +11,8 @@
 
 namespace berth {
 
-/// Deviations of the simulated world from the cell's files: a file of config/worlds. What it
-/// leaves out is exact.
+/// Deviations of the simulated world from the cell's files: a file of config/worlds. Keys left out
+/// mean no error.
 struct WorldSettings {
   PerturbationSizes cell;
   TargetDepartures target;
@@ -25,7 +25,7 @@ struct WorldSettings {
 /// there are.
 WorldSettings load_world(const std::filesystem::path& config, const std::string& name);
 
-/// The LIDAR as it really is.
+/// Errors of the LIDAR.
 struct LidarErrors {
   Utime clock = 0;        ///< device clock minus the cell's
   ScannerErrors scanner;  ///< range_bias: of this run
@@ -34,7 +34,7 @@ struct LidarErrors {
 /// The same seed draws the same errors.
 LidarErrors draw_lidar_errors(const WorldSettings& world, std::uint64_t seed);
 
-/// What was drawn, as YAML for tests and reports: world.yaml in the run directory.
+/// The random draws, as YAML for tests and reports: world.yaml in the run directory.
 std::string text_of(const ArmErrors& replica, const ArmErrors& sensor, const TrueTarget& target,
                     const LidarErrors& lidar);
 

@@ -38,7 +38,7 @@ class ClosestPoints final : public Node {
                                          [this](const estimator_command_t& c) { take(c); });
     timer_ = loop().every(second, [this] {  // for those that join late, and for a lost request
       publish_state();
-      if (state_.mode != Mode::IDLE) ask();
+      if (state_.mode != Mode::IDLE) request_scan();
     });
     report(node_status_t::READY);
   }
@@ -61,14 +61,14 @@ class ClosestPoints final : public Node {
         state_.mode = tracks ? Mode::TRACKING : command.command;  // 0: IDLE, 1: ACQUIRING
         if (!tracks) pose_.reset();
         if (command.gate_far_m > 0) gate_ = {command.gate_near_m, command.gate_far_m};
-        if (state_.mode != Mode::IDLE && !scanning_) ask();
+        if (state_.mode != Mode::IDLE && !scanning_) request_scan();
       }
     }
     publish_state();
   }
 
   /// For a scan of everything, or of where the target was; again for the one that does not come.
-  void ask() {
+  void request_scan() {
     request_.utime = now();
     ++request_.seq;
     if (!scanning_) {
@@ -89,7 +89,7 @@ class ClosestPoints final : public Node {
     scanning_ = false;
     if (state_.mode == Mode::IDLE || packet.scan_status == ScanPacket::REFUSED) return;
     estimate(preprocess(beams_, gate_, lidar_.beam), packet.packet);
-    ask();
+    request_scan();
     publish_state();
   }
 

@@ -21,7 +21,7 @@ namespace {
 using namespace berth;
 using namespace berth::lidar;
 
-/// What the scanner can do, as the protocol says it.
+/// The scanner's abilities in the protocol's terms.
 LidarProfile profile_of(const vendor::Info& info) {
   LidarProfile profile;
   profile.model = info.model;
@@ -164,7 +164,7 @@ class Bridge {
         ScanEnd{scan_->order.scan_id, result, scan_->beams, device_time(scanner_->clock_s()), ""});
   }
 
-  /// Of whatever runs nothing comes any more.
+  /// Ends the running scan, if any: no more points follow.
   void end_scan() {
     scanner_->stop();
     ++run_;

@@ -34,7 +34,7 @@ Finding finding_of_error(const std::string& what, const std::string& file) {
   Finding finding;
   finding.file = file;
   finding.found = what;
-  // the file named may be another one: that of a procedure called
+  // the error may name another file: that of a called procedure
   const auto digits = what.find_first_of("0123456789", what.find(':'));
   const auto colon = what.find(": ");
   if (colon == std::string::npos || digits == std::string::npos || digits > colon) return finding;

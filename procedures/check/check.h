@@ -14,7 +14,7 @@ class RunRecord;
 
 namespace berth::procedures {
 
-/// error: the run could not pass; warning: it may not do what was meant; note: what was assumed.
+/// error: the run could not pass; warning: it may not do what was intended; note: an assumption.
 enum class Severity { error, warning, note };
 const char* name_of(Severity severity);
 
@@ -41,21 +41,21 @@ bool has_errors(const std::vector<Finding>& findings);
 struct CheckReport {
   std::string file;
   std::string name;    ///< of the procedure; empty when it cannot be read
-  std::string layout;  ///< in which it was checked
+  std::string layout;  ///< of the check
   std::string target;
   std::vector<Finding> findings;
   std::vector<StepForecast> steps;  ///< main steps, then teardown
   std::size_t main_steps = 0;
   std::size_t criteria = 0;
   double duration = 0;   ///< s, expected
-  bool guessed = false;  ///< some of it
+  bool guessed = false;  ///< partly
 
   bool good() const { return !has_errors(findings); }
 };
 
-/// Proves as much as can be of a procedure that was read: scan strategies and windows, each motion
-/// in turn as the testbed will judge it, time-outs, what the LIDAR sees, what the criteria measure.
-/// start: where the arms stand; the layout's home unless given.
+/// Checks a procedure before a run: scan strategies and windows, each motion in turn by the
+/// testbed's own check, time-outs, visibility to the LIDAR, measurability of the criteria. start:
+/// joints of the arms; default: the layout's home.
 /// @throws InputError for a layout, target or configuration that cannot be read.
 CheckReport check_procedure(const Procedure& procedure, const RunSetup& setup,
                             const std::optional<testbed::ArmPair>& start = std::nullopt);
@@ -66,13 +66,13 @@ CheckReport check_procedure(const Procedure& procedure, const RunSetup& setup,
 std::vector<Finding> check_sight(const Procedure& procedure, const Rig& rig,
                                  const Rehearsal& rehearsal);
 
-/// What a run that goes as rehearsed would record: truth with the uncertainty that the rig gives
-/// it and, with_estimates, exact estimates, at the rate that the LIDAR allows.
+/// The record of a run that goes as rehearsed: truth with the rig's covariance and, with_estimates,
+/// exact estimates at the LIDAR's rate.
 evaluation::RunRecord forecast_record(const Rig& rig, const Rehearsal& rehearsal,
                                       bool with_estimates);
 
-/// Whether each criterion can be judged on what the run will record, by judging a record of the
-/// rehearsal: what cannot be measured there, or fails although all went as planned, is an error.
+/// Judges the criteria on a record of the rehearsal: one that cannot be measured there, or fails
+/// although all went as planned, is an error.
 std::vector<Finding> check_criteria(const Procedure& procedure, const Rig& rig,
                                     const Rehearsal& rehearsal);
 

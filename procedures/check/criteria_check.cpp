@@ -19,8 +19,8 @@ constexpr Utime start = second;
 
 Utime utime_of(double t) { return start + utime_from_seconds(t); }
 
-/// One arm on its way between two moments. The encoders add little to what the calibration leaves
-/// in doubt.
+/// One arm on its way between two moments. The encoders add little to the calibration's
+/// uncertainty.
 testbed::ArmMoment moment_of(const Joints& before, const Joints& joints, double dt) {
   testbed::ArmMoment moment;
   moment.joints = joints;
@@ -141,7 +141,7 @@ std::string in_unit(double value, const std::string& unit) {
   return fixed(value, 2) + (unit.empty() ? "" : " " + unit);
 }
 
-/// The limits as an operator would say them.
+/// The limits as text.
 std::string limits_of(const criterion_result_t& result) {
   std::string text;
   if (std::isfinite(result.lower_limit))
@@ -207,7 +207,7 @@ class CriteriaCheck {
 
   void look_at(const evaluation::Criterion& criterion) {
     if (criterion.measurement->family == evaluation::safety_family) {
-      // What answers a fault is not foreseen.
+      // Reactions to injected faults are not predicted.
       if (anything_injected()) return;
       return add(criterion, Severity::error, "nothing is injected", "an 'inject' before it");
     }
@@ -233,7 +233,7 @@ class CriteriaCheck {
                      " (2 sigma): without any error this would be inconclusive",
                  limits_of(result));
     }
-    // Nor is where it ends after a fault that was injected.
+    // Nor is the end of a phase after an injected fault.
     const bool certain = !anything_injected() && foreseen(criterion.phase) &&
                          (criterion.measurement->series || timed(criterion.phase));
     if (result.result == criterion_result_t::FAILED && by_truth_alone && certain &&

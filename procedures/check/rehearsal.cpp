@@ -43,12 +43,12 @@ using testbed::both_arms;
 constexpr double answer_time = 1.0;
 /// Farther bodies are not looked for, m.
 constexpr double nothing_near = 10.0;
-/// Joints that turn farther have no limit worth a word, rad.
+/// rad, range above which a joint counts as unlimited.
 constexpr double endless = radians(3600.0);
-/// Places of a motion at which clearance is looked at for the list.
+/// Number of places of a motion at which clearance is evaluated for the list.
 constexpr int looks_on_a_path = 40;
 
-/// How long a step takes that does not move the arms, and what is assumed of it.
+/// Duration of a step that does not move the arms, and the assumptions made.
 struct Course {
   double duration = 0;
   bool guessed = false;
@@ -149,7 +149,7 @@ std::variant<Rehearsal::Motion, std::string> Rehearsal::motion_of(
     return way_back;
   }
   const std::int64_t time = utime_from_seconds(now_.time);
-  // The estimate is taken as exact: guidance flies what was predicted.
+  // The estimate is taken as exact: guidance flies the predicted path.
   guidance_.note_commanded(time, now_.pose);
   guidance_.on_estimate({time, now_.pose, true, "", true});
   auto result = rig_.commands.plan(command, now_.joints, time, guidance_);
@@ -181,7 +181,7 @@ void Rehearsal::move(const testbed_command2_t& command, StepForecast& forecast) 
   for (int i = 1; i <= count; ++i) {
     const double t = motion.duration() * i / count;
     const auto joints = motion.at(t, now_.joints, nullptr);
-    if (!joints) break;  // the check has seen that there are some
+    if (!joints) break;  // the check has found a solution
     now_.time = start + t;
     now_.joints = *joints;
     if (command.command != testbed_command2_t::RETREAT) history_.add(now_.joints);

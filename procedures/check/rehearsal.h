@@ -14,8 +14,7 @@
 
 namespace berth::procedures {
 
-/// What is known of the rig before anything moves: layout, target and settings, read and built as
-/// the nodes read and build them.
+/// Model of the rig before a run: layout, target and settings, read and built as by the nodes.
 struct Rig {
   /// @throws InputError.
   explicit Rig(const RunSetup& run) : Rig(run, testbed::load_calibrated_cell(run)) {}
@@ -37,7 +36,7 @@ struct Rig {
   testbed::ArmPair home() const { return {cell.replica.home, cell.sensor.home}; }
   /// s from one tracking scan's start to the next one's; returns: 0 for the estimator's own number.
   double scan_period(int returns) const;
-  /// s that an acquisition scans when the first look finds the target.
+  /// s of scanning of an acquisition that succeeds at once.
   double acquisition_time() const;
 
  private:
@@ -53,30 +52,30 @@ struct Moment {
   int returns = 0;       ///< per tracking scan; 0: the estimator's own number
 };
 
-/// What a step will do, as far as it can be predicted.
+/// Predicted course of a step.
 struct StepForecast {
   std::string name;
   std::string phase;
   int line = 0;
   double start = 0;        ///< s
   double duration = 0;     ///< s
-  bool guessed = false;    ///< how long it takes is not in the procedure: the duration is a guess
-  bool steered = false;    ///< where the arms are, somebody outside decides, or has decided before
+  bool guessed = false;    ///< the procedure does not determine the duration: it is a guess
+  bool steered = false;    ///< the place of the arms depends on an outside GNC, now or before
   bool moves = false;      ///< a motion that will be carried out
-  std::string refusal;     ///< of its motion, in the testbed's own words; empty: none
-  bool from_afar = false;  ///< looked at from where a motion refused before begins
+  std::string refusal;     ///< of its motion: the testbed's text; empty: none
+  bool from_afar = false;  ///< checked from the begin of an earlier motion that was refused
   std::optional<std::string> docking_port;  ///< that it approaches; empty: the target's first
   double clearance = 0;                     ///< m, least between two bodies of different parties,
   std::string near_a, near_b;               ///< these; empty: nothing comes near
   double joint_margin = 0;                  ///< rad, least of a rotary joint to its limit
   std::string joint;                        ///< that joint; empty: the arms have none
   std::size_t first_moment = 0, last_moment = 0;  ///< of the rehearsal
-  std::string remark;                             ///< what was assumed
+  std::string remark;                             ///< assumptions
 };
 
-/// Goes through a procedure as the rig would if all goes well: motions are planned and checked by
-/// the testbed's own code, one from where the other ends, the estimator is right at once, and the
-/// operator says yes. Nothing but arithmetic.
+/// Simulates the nominal course of a procedure by computation alone: motions are planned and
+/// checked by the testbed's own code, each from the end of the previous one; the estimator is right
+/// at once, and the operator gives the answers with which steps pass.
 class Rehearsal {
  public:
   Rehearsal(Rig& rig, const testbed::ArmPair& start);
@@ -88,7 +87,7 @@ class Rehearsal {
   /// At most `spacing` apart, from the first step's start to the last one's end.
   const std::vector<Moment>& moments() const { return moments_; }
   double duration() const { return moments_.back().time; }
-  /// Whether a motion was refused, so that the record is not what a run would be.
+  /// Whether a motion was refused, so that the record does not represent a run.
   bool lost_its_way() const { return ever_lost_; }
 
   static constexpr double spacing = 0.08;  ///< s
@@ -105,7 +104,7 @@ class Rehearsal {
   testbed::Guidance guidance_;
   testbed::TrajectoryHistory history_;
   Moment now_;
-  bool lost_ = false;  // where the arms are is not known: the motion before was refused
+  bool lost_ = false;  // the place of the arms is unknown: the previous motion was refused
   bool ever_lost_ = false;
   bool steered_ = false;  // an outside GNC has steered since the last motion to a commanded pose
   std::vector<Moment> moments_;

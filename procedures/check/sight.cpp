@@ -13,7 +13,7 @@ namespace {
 constexpr int max_points = 3000;
 /// Places of a step at which the sensor looks.
 constexpr std::size_t looks = 8;
-/// An acquisition that sees less of the replica may fail; so little is worth a word while tracking.
+/// Visible share of the replica below which an acquisition may fail, and tracking gets a warning.
 constexpr double share_to_see = 0.5;
 
 /// Even over each triangle, the more the larger it is, and at least one.
@@ -43,7 +43,7 @@ std::vector<Vector3d> cover(const Mesh& mesh) {
 
 std::string percent(double share) { return fixed(100 * share, 0) + " %"; }
 
-/// How much of the replica the LIDAR can see from where it stands.
+/// Visibility of the replica from the LIDAR's place.
 struct Sight {
   double share = 0;     ///< of the surface turned to the sensor that can be measured
   double outside = 0;   ///< of it: beyond the field of view,
@@ -64,7 +64,7 @@ class Lookout {
   std::vector<Vector3d> points_;  // of the surface, evenly spread, model frame
 };
 
-/// What keeps the most of the replica from being seen.
+/// The cause that hides most of the replica.
 std::string hindrance(const Sight& sight, const Rig& rig, const estimator::RangeGate& gate) {
   const LidarProfile& lidar = rig.lidar;
   if (sight.outside >= sight.too_near && sight.outside >= sight.too_far) {

@@ -42,7 +42,7 @@ class InjectionRunner final : public StepRunner {
       : injection_(std::move(injection)), after_(after) {}
 
   void begin(Bench& bench, Utime now) override {
-    // Nothing to clear, be it that there is no simulated cell.
+    // Nothing to clear, also without a simulated cell.
     idle_ = injection_.action != injection_t::INJECT && !bench.injections.used();
     if (idle_) return;
     if (after_ > 0) return bench.injections.command_later(injection_, now + after_);

@@ -17,7 +17,7 @@ bool same(const precondition_t& a, const precondition_t& b) {
   return a.name == b.name && a.met == b.met && a.reason == b.reason;
 }
 
-/// Many steps: their names and states matter more than their details.
+/// Without the steps' details, for a procedure with many steps.
 procedure_state_t shortened(procedure_state_t state) {
   for (procedure_step_t& step : state.steps) {
     if (step.state == procedure_step_t::PASSED) step.detail.clear();
@@ -258,7 +258,7 @@ void Engine::wait_until_clear(Utime now) {
     reset_sent_ = true;
     bench_.testbed.order(testbed_command2_t::RESET, now);
   }
-  if (!stop_sent_ && testbed.state == testbed_state_t::HELD) {  // somebody else's motion
+  if (!stop_sent_ && testbed.state == testbed_state_t::HELD) {  // the motion of another commander
     stop_sent_ = true;
     bench_.testbed.order(testbed_command2_t::STOP, now);
   }
@@ -303,7 +303,7 @@ std::string Engine::stopped_by_itself(Utime now) const {
 
 void Engine::watch(Utime now) {
   const std::string stopped = stopped_by_itself(now);
-  // Somebody is there to put it right: then the run is not over.
+  // An attending operator can clear the fault: the run is not over.
   const bool waits =
       !alarm_.empty() || (stage_ == Stage::running && !control_.state(now).holder.empty());
   std::string trouble =
@@ -343,7 +343,7 @@ void Engine::target_lost(Utime now) {
   const WhenLost then = step(state_.current_step).when_lost;
   if (then == WhenLost::fail) return conclude(procedure_state_t::FAIL, reason, now);
   const bool runs = stage_ == Stage::running && !held();
-  if (then == WhenLost::skip && !runs) return;  // not while nothing goes on
+  if (then == WhenLost::skip && !runs) return;  // not on hold
   tracking_expected_ = false;
   lost_ = true;
   if (then == WhenLost::skip) leave_step(reason, now);

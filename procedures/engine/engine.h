@@ -21,23 +21,23 @@ namespace berth::procedures {
 
 struct EngineOptions {
   Commander commander;
-  std::vector<std::string> required_nodes;  ///< without which nothing starts or goes on
+  std::vector<std::string> required_nodes;  ///< must be ready to start and to go on
   /// Of the required nodes, the one whose FAULT is final: it is not waited for. Empty: none.
   std::string supervisor;
-  /// Of the required nodes, those that somebody else starts, with how: shown until they come.
+  /// Required nodes that the user starts, each with instructions, which are shown until it comes.
   std::map<std::string, std::string> outside;
   Utime ready_timeout = 120 * second;  ///< for all of them to be ready
-  Utime lease_timeout = 15 * second;   ///< for the testbed to give the lease and all to be well
+  Utime lease_timeout = 15 * second;   ///< until the lease is granted and preconditions are met
   Utime heartbeat_timeout = second;    ///< silence after which a node is lost
-  /// Whether anybody may come. Nobody does to the twin: what would wait for an operator ends.
+  /// Whether an operator may attend. Not so in the twin: steps that would wait for one end.
   bool attended = true;
   /// Further preconditions, such as room on the disk; empty: none.
   std::function<std::vector<precondition_t>()> more_preconditions;
 };
 
-/// Runs a procedure: waits for the nodes, takes the lease, goes from step to step, watches the rig
-/// and the limits in the background, obeys the operator, always tears down, judges. Driven
-/// by messages and ticks; commands leave through Actions.
+/// Runs a procedure: waits for the nodes, takes the lease, goes from step to step, monitors the rig
+/// and the limits, obeys the operator, always runs the teardown, judges. Driven by messages and
+/// ticks; commands leave through Actions.
 class Engine {
  public:
   Engine(Procedure procedure, EngineOptions options, evaluation::NearestPoint nearest,
@@ -61,7 +61,7 @@ class Engine {
   void on(const estimator_diagnostics_t& message) { record_.add(message); }
   void on(const ScanPacket& message) { record_.add(message); }
   void on(const setpoint_latency_t& message) { record_.add(message); }
-  /// What it commands itself.
+  /// Records its own commands.
   void on(const testbed_command2_t& message) { record_.add(message); }
   void on(const injection_t& message) { record_.add(message); }
   void on(const event_t& message) { record_.add(message); }
@@ -69,7 +69,7 @@ class Engine {
   void on(const heartbeat_t& message, Utime now) { nodes_.on(message, now); }
   void on(const command_answers_t& facility, Utime now);
   /// Call once for each command, however often it is repeated. HOLD and ABORT are obeyed whatever
-  /// their session and age, the others of this session alone. @return why not; empty: it is obeyed
+  /// their session and age, the others of this session alone. @return the refusal; empty: obeyed
   std::string obey(const procedure_command_t& message, Utime now);
   /// At 20 Hz or more.
   void tick(Utime now);
@@ -79,13 +79,13 @@ class Engine {
   int revision() const { return revision_; }
   /// The state to publish now. Fits into one message.
   const procedure_state_t& snapshot(Utime now);
-  /// Who steers, to publish with every state.
+  /// The holder of control, to publish with every state.
   operator_control_t control(Utime now);
   std::int8_t outcome() const { return state_.outcome; }
   const Procedure& procedure() const { return procedure_; }
 
  private:
-  static constexpr const char* unattended = "; nobody is there to decide";
+  static constexpr const char* unattended = "; no operator to decide";
 
   enum class Stage {
     nodes,
@@ -98,8 +98,8 @@ class Engine {
     settling,
     finished
   };
-  /// Why nothing goes on by itself: the operator requested it, before the next step, or one has
-  /// failed.
+  /// State of hold: none, within a step, before the next one (both on request), or after a failed
+  /// step.
   enum class Hold { none, in_step, between, failed };
 
   // engine.cpp: messages, preparation, the watch in the background
@@ -108,15 +108,15 @@ class Engine {
   void wait_for_nodes(Utime now);
   void wait_for_lease(Utime now);
   void wait_until_clear(Utime now);
-  /// Shows how they are now; the unmet ones in words.
+  /// Updates the published preconditions. @return the unmet ones as text
   std::string look_at_preconditions(bool going_on);
   void watch(Utime now);
   std::string trouble_with_testbed(Utime now) const;
-  /// Why the arms stand although nobody requested it; empty: they do not.
+  /// Why the arms were stopped without a request; empty: they were not.
   std::string stopped_by_itself(Utime now) const;
   /// On hold, until an operator has reset the alarm and resumes.
   void wait_out_alarm(const std::string& stopped, Utime now);
-  /// No good estimate for too long: what the step under way reports.
+  /// No good estimate for too long: applies `when_lost` of the step under way.
   void target_lost(Utime now);
   void watch_limits(Utime now);
 
@@ -137,7 +137,7 @@ class Engine {
   void start_runner(Utime now);
   void end_step(std::int8_t step_state, const std::string& detail, Utime now);
   void poll_step(Utime now);
-  /// A motion made slower by the operator has more time.
+  /// Extends the time-out of a motion that the operator has slowed down.
   void count_slow_time(Utime now);
   void step_passed(Utime now);
   void step_failed(std::int8_t step_state, const std::string& reason, Utime now);
@@ -149,11 +149,11 @@ class Engine {
   void next_step(Utime now);
   void show_prompt(Utime now);
 
-  // engine_commands.cpp: the requests of an operator. They return why not; empty: it is done.
+  // engine_commands.cpp: the requests of an operator. They return the refusal; empty: done.
   std::string carry_out(const procedure_command_t& message, Utime now);
   void abort(const std::string& reason, Utime now);
   void hold(Hold how, const std::string& reason, Utime now);
-  std::string request_hold(const std::string& who, Utime now);
+  std::string request_hold(const std::string& holder, Utime now);
   std::string request_resume(bool one_step, Utime now);
   std::string request_step(Utime now);
   std::string request_skip(const std::string& reason, Utime now);
@@ -166,7 +166,7 @@ class Engine {
   std::string request_release_control(const std::string& commander, Utime now);
   void watch_control(Utime now);
   void hold_when_due(Utime now);
-  /// Looks at the preconditions again; the unmet ones.
+  /// Updates the preconditions. @return the unmet ones
   std::string unmet_to_go_on(Utime now);
   void end_hold(Utime now);
 
@@ -179,7 +179,7 @@ class Engine {
   const Step& step(int index) const;
   procedure_step_t& shown(int index) { return state_.steps[static_cast<std::size_t>(index)]; }
   procedure_step_t& current() { return shown(state_.current_step); }
-  /// Time that the current step has had, without that on hold.
+  /// Duration of the current step, without time on hold.
   Utime active(Utime now) const;
 
   Procedure procedure_;
@@ -193,13 +193,13 @@ class Engine {
   RestWatch rest_;
   OperatorControl control_;
   std::int64_t control_seq_ = 0;
-  std::string hold_due_;        // why, as soon as a step runs; empty: it is not
-  std::string hold_requested_;  // the same, by a person
+  std::string hold_due_;        // reason of a hold that begins as soon as a step runs; empty: none
+  std::string hold_requested_;  // the same, of an operator's request
 
   Stage stage_ = Stage::nodes;
   Utime stage_start_ = 0;
   procedure_state_t state_{};
-  procedure_state_t shortened_{};  // what was published last where all would not have fitted
+  procedure_state_t shortened_{};                  // the last state published without details
   std::int8_t verdict_ = procedure_state_t::NONE;  // shown when FINISHED
   std::int64_t seq_ = 0;
   int revision_ = 0;
@@ -207,15 +207,15 @@ class Engine {
   std::unique_ptr<StepRunner> runner_;
   int next_ = 0;  // step to begin when the arms have come to rest
   Hold hold_ = Hold::none;
-  std::string alarm_;  // that the arms were stopped by, on hold; empty: by none
+  std::string alarm_;  // that stopped the arms, on hold; empty: none
   Utime held_since_ = 0;
   Utime held_total_ = 0;  // of the current step
-  Utime slowed_ = 0;      // of the current step: what a lower speed has cost its motion so far
+  Utime slowed_ = 0;      // of the current step: delay of its motion by a lower speed
   Utime counted_until_ = 0;
   Utime resumed_ = 0;
   bool hold_after_step_ = false;
   bool tracking_expected_ = false;
-  bool lost_ = false;  // and not expected until it is seen again
+  bool lost_ = false;  // the target, and not expected until it is found again
   Utime last_good_estimate_ = 0;
   Utime not_ready_since_ = 0;  // of the testbed; 0: it is ready
   Utime limits_looked_at_ = 0;

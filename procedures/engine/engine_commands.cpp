@@ -118,7 +118,7 @@ void Engine::abort(const std::string& reason, Utime now) {
     return;
   }
   hurry_ = true;
-  // A motion of the teardown does not go on when nobody waits for its end.
+  // A motion of the teardown is stopped when its step ends early.
   if (stage_ == Stage::teardown) bench_.testbed.order(testbed_command2_t::STOP, now);
 }
 
@@ -131,8 +131,8 @@ void Engine::hold(Hold how, const std::string& reason, Utime now) {
   show(procedure_state_t::HELD);
 }
 
-std::string Engine::request_hold(const std::string& who, Utime now) {
-  const std::string reason = "held by " + who;
+std::string Engine::request_hold(const std::string& holder, Utime now) {
+  const std::string reason = "held by " + holder;
   if (held()) return "it is held already";
   if (stage_ == Stage::settling) return "nothing moves any more";
   if (stage_ == Stage::running) {
@@ -140,7 +140,7 @@ std::string Engine::request_hold(const std::string& who, Utime now) {
   } else if (in_preparation() || in_steps()) {
     hold_requested_ = reason;  // before a step does anything
   } else {
-    abort(reason, now);  // what is left of the teardown is left out
+    abort(reason, now);  // the rest of the teardown is skipped
   }
   return "";
 }
@@ -177,7 +177,7 @@ std::string Engine::request_resume(bool one_step, Utime now) {
     begin_step(state_.current_step + 1, now);
     return "";
   }
-  // Steps that move nothing were held by us alone.
+  // Steps without a motion were held by the engine alone.
   if (bench_.testbed.state()->state != testbed_state_t::IDLE) {
     bench_.testbed.order(testbed_command2_t::RESUME, now);
   }
@@ -238,9 +238,9 @@ std::string Engine::request_reset(Utime now) {
 }
 
 std::string Engine::request_answer(const procedure_command_t& message, Utime now) {
-  if (state_.prompt_id.empty()) return "nothing is asked";
+  if (state_.prompt_id.empty()) return "no prompt is open";
   if (message.prompt_id != state_.prompt_id) {
-    return "prompt " + message.prompt_id + " is not asked, but prompt " + state_.prompt_id;
+    return "prompt " + message.prompt_id + " is not open, but prompt " + state_.prompt_id;
   }
   if (message.text.empty()) return "it is empty";
   const auto& choices = state_.choices;
@@ -269,7 +269,7 @@ std::string Engine::request_lamps(const std::string& text, Utime now) try {
   return e.what();
 }
 
-// Who steers --------------------------------------------------------------------------------------
+// Control -----------------------------------------------------------------------------------------
 
 std::string Engine::request_take_control(const procedure_command_t& message, Utime now) {
   const std::string change = control_.take(message, now);
@@ -282,7 +282,7 @@ std::string Engine::request_take_control(const procedure_command_t& message, Uti
 std::string Engine::request_release_control(const std::string& commander, Utime now) {
   if (!control_.release(commander, now)) return commander + " does not have it";
   ++revision_;
-  actions_.event(event_t::NOTICE, "control-released", "nobody has control");
+  actions_.event(event_t::NOTICE, "control-released", "no operator has control");
   return "";
 }
 
@@ -292,13 +292,13 @@ void Engine::watch_control(Utime now) {
   if (!lost.empty()) {
     ++revision_;
     actions_.event(event_t::WARNING, "control-lapsed",
-                   lost + " is no longer heard: nobody has control");
-    if (holds) hold_due_ = lost + " had control and is no longer heard";
+                   "control of " + lost + " lapsed: no operator has control");
+    if (holds) hold_due_ = "control of " + lost + " lapsed";
   }
   hold_when_due(now);
 }
 
-/// Before the first step and between two, it is held as soon as it can be.
+/// Before the first step and between two, the hold begins with the next step.
 void Engine::hold_when_due(Utime now) {
   const std::string reason = hold_requested_.empty() ? hold_due_ : hold_requested_;
   if (reason.empty() || stage_ != Stage::running) return;

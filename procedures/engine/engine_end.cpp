@@ -42,7 +42,7 @@ void Engine::conclude(std::int8_t outcome, const std::string& reason, Utime now)
 
 void Engine::begin_teardown(Utime now) {
   enter(Stage::teardown, now);
-  // Without a lease nothing was commanded and nothing would be obeyed.
+  // Without a lease no command was sent, and none would be obeyed.
   if (hurry_ || procedure_.teardown.empty() || state_.current_step < 0) {
     bench_.testbed.release_lease(now);
     return enter(Stage::settling, now);

@@ -13,7 +13,7 @@ bool lasts_as_its_motion(const Verb& verb) {
          std::holds_alternative<Retreat>(verb) || std::holds_alternative<Approach>(verb);
 }
 
-/// Steps by which the estimator is got to follow the target.
+/// Steps that make the estimator track the target.
 bool seeks_target(const Verb& verb) {
   return std::holds_alternative<Acquire>(verb) || std::holds_alternative<Track>(verb);
 }
@@ -124,7 +124,7 @@ void Engine::poll_step(Utime now) {
     case StepResult::running:
       if (seconds(active - slowed_) <= step.timeout) return;
       if (const Prompt* prompt = runner_->prompt(); prompt && !prompt->default_value.empty()) {
-        return runner_->answer(prompt->default_value, "nobody answered in time");
+        return runner_->answer(prompt->default_value, "default, no answer in time");
       }
       return step_failed(
           procedure_step_t::TIMEOUT,

@@ -42,7 +42,7 @@ std::optional<LimitWatch::Broken> LimitWatch::look(const LatestMessages& live, i
                          (limit.phase.empty() || limit.phase == phase);
     const double value =
         applies ? limit.quantity->value(live) : std::numeric_limits<double>::quiet_NaN();
-    // What is not known breaks no limit: that it is known is for a criterion or a step to say.
+    // An unknown quantity breaks no limit: criteria and steps can require that it is known.
     const bool outside = value < limit.lower || value > limit.upper;
     result.value = value / limit.quantity->unit_si;
     if (!std::isnan(value)) ++result.samples;

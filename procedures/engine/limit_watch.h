@@ -21,12 +21,12 @@ class LimitWatch {
 
   explicit LimitWatch(std::vector<Limit> limits);
 
-  /// Looks at the limits that this step is under.
+  /// Evaluates the limits that apply to this step.
   /// @return the gravest of those that are newly broken: fail and abort before hold
   std::optional<Broken> look(const LatestMessages& live, int step, const std::string& phase);
-  /// The limits that are broken now, in words; empty: none.
+  /// The limits that are broken now, as text; empty: none.
   std::string broken_now() const;
-  /// Values and limits as of the last look, for observers.
+  /// Values and limits of the last evaluation, for observers.
   const std::vector<criterion_result_t>& results() const { return results_; }
 
  private:

@@ -13,8 +13,8 @@
 namespace berth::procedures {
 namespace {
 
-/// A lease lasts for two seconds, and must not be lost with a fifth of the messages: ten in a row,
-/// once in ten million.
+/// A lease lasts for two seconds, ten periods: with a fifth of the messages lost, ten lost in a row
+/// have a probability of 1e-7.
 constexpr Utime lease_period = 200 * millisecond;
 
 }  // namespace
@@ -69,7 +69,7 @@ void TestbedLink::on(const testbed_state_t& state) {
   state_ = state;
   holds_lease_ = state.lease_holder == commander_.name;
   held_once_ = held_once_ || (wants_lease_ && holds_lease_);
-  // Closed loop motion that ends otherwise than it should gives the reason in the same place.
+  // A closed-loop motion that fails reports its reason in the same field.
   const bool under_way = motion_.status() == CommandStatus::accepted;
   if (motion_.on(state)) refusal_ = (under_way ? "" : "the testbed refuses: ") + motion_.reason();
   order_.on(state);
@@ -105,8 +105,7 @@ void EstimatorLink::command(estimator_command_t command, Utime now) {
 
 void EstimatorLink::send(estimator_command_t command, Utime now) {
   ++attempts_;
-  // A busy estimator has requested its next scan already: the one after that is the first to
-  // change.
+  // A busy estimator has requested its next scan already: a command applies from the one after.
   const bool busy = state_ && (state_->mode == estimator_state_t::ACQUIRING ||
                                state_->mode == estimator_state_t::TRACKING);
   command.first_scan_id = (state_ ? state_->scan_id : 0) + (busy ? 2 : 1);
@@ -172,7 +171,7 @@ void FacilityLink::on(const facility_state_t& state) {
   state_ = state;
   if (!unreached_ || state.utime < client_.command().utime) return;
   const bool matches = missing().empty();
-  // On the way to something else the lamps may pass what is requested now.
+  // Lamps on their way to an earlier request may pass the requested values.
   if (matches && (matched_ || !overtakes_)) unreached_ = false;
   matched_ = matches;
 }

@@ -18,7 +18,7 @@
 
 namespace berth::procedures {
 
-/// What the engine publishes.
+/// The engine's publications.
 class Actions {
  public:
   virtual ~Actions() = default;
@@ -35,7 +35,7 @@ class TestbedLink {
  public:
   TestbedLink(Actions& actions, Commander commander);
 
-  /// Starts a motion; fills in all but what it requests.
+  /// Starts a motion; fills in commander, number and times.
   void command(testbed_command2_t command, Utime now);
   CommandStatus status() const { return motion_.status(); }
   /// Why the motion was refused, or given up; a sentence.
@@ -53,18 +53,18 @@ class TestbedLink {
   void take_lease(Utime now);
   void release_lease(Utime now);
   bool has_lease() const { return wants_lease_ && holds_lease_; }
-  /// It was ours and somebody else took it, or the testbed dropped it.
+  /// The lease was ours; another commander has taken it, or the testbed dropped it.
   bool lost_lease() const { return wants_lease_ && held_once_ && !holds_lease_; }
 
   void on(const testbed_state_t& state);
   /// Neither moving nor held in a motion.
   bool at_rest() const;
-  /// Repeats what has not been acknowledged; keeps the lease.
+  /// Repeats unacknowledged commands; keeps the lease.
   void tick(Utime now);
   const std::optional<testbed_state_t>& state() const { return state_; }
 
  private:
-  /// Of the lease: whether it was obeyed is seen in the state.
+  /// Sends a lease command, which the testbed's state acknowledges.
   void send_lease(std::int8_t what, Utime now);
   void keep_lease(Utime now);
 
@@ -118,7 +118,7 @@ class FacilityLink {
   const std::string& refusal() const { return client_.reason(); }
   /// The lamps are as requested.
   bool reached() const { return status() == CommandStatus::accepted && !unreached_; }
-  /// What is not yet as it was requested, with both values; empty: nothing.
+  /// The values that differ from the request, with both; empty: none.
   std::string missing() const;
 
   void on(const facility_state_t& state);
@@ -131,7 +131,7 @@ class FacilityLink {
   CommandClient<facility_command_t> client_;
   bool unreached_ = false;
   bool overtakes_ = false;  // the lamps may still be on the way to what was requested before
-  bool matched_ = false;    // the state before
+  bool matched_ = false;    // at the previous state
   std::optional<facility_state_t> state_;
 };
 
@@ -140,9 +140,10 @@ class InjectionLink {
  public:
   InjectionLink(Actions& actions, Commander commander);
 
-  /// Fills in all but what it requests.
+  /// Fills in commander, number and times.
   void command(injection_t injection, Utime now);
-  /// The same when it is due, whatever the engine does then; clearing it takes it back.
+  /// The same at a later time, independent of the engine's state then; clearing the fault cancels
+  /// it.
   void command_later(injection_t injection, Utime due);
   /// accepted, refused or still pending.
   CommandStatus status() const { return client_.status(); }

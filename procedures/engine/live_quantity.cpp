@@ -73,7 +73,7 @@ std::vector<LiveQuantity> make_quantities() {
        D::number,
        "",
        1,
-       "what the estimator says of the newest scan",
+       "the estimator's status for the newest scan",
        [](const LatestMessages& l) { return l.estimate() ? double(l.estimate()->status) : nan; },
        {"idle", "acquiring", "ok", "ambiguous", "lost"}},
       {"estimate_age", D::time, "s", 1, "time since a good estimate came", estimate_age},

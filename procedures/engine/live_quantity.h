@@ -15,7 +15,7 @@
 
 namespace berth::procedures {
 
-/// The newest of everything while a procedure runs; what live quantities are computed from.
+/// The latest messages while a procedure runs, from which live quantities are computed.
 class LatestMessages {
  public:
   explicit LatestMessages(evaluation::NearestPoint nearest) : nearest_(std::move(nearest)) {}
@@ -34,7 +34,7 @@ class LatestMessages {
 
   Utime now() const { return now_; }
   Utime run_start() const { return run_start_; }      ///< of the first step; 0: not yet
-  Utime phase_start() const { return phase_start_; }  ///< since which steps had the same phase
+  Utime phase_start() const { return phase_start_; }  ///< begin of the present phase
   Utime step_start() const { return step_start_; }
 
   const std::optional<pose_estimate_t>& estimate() const { return estimate_; }
@@ -44,8 +44,7 @@ class LatestMessages {
   int good_estimates() const { return good_estimates_; }
   /// The newest truth, unless it is old.
   std::optional<evaluation::TruthSample> truth() const;
-  /// The newest good estimate that truth has caught up with, against truth: [m; rad]; nothing
-  /// when it is old.
+  /// Error of the newest good estimate with truth at its time: [m; rad]; nothing when it is old.
   std::optional<Vector6d> error() const;
   /// From the sensor to the target's nearest surface, by truth; nothing without truth or mesh.
   std::optional<double> surface_range() const;
@@ -54,7 +53,7 @@ class LatestMessages {
   const std::optional<lidar_state_t>& lidar() const { return lidar_; }
 
  private:
-  /// Older than this is not known any more.
+  /// Older values count as unknown.
   static constexpr Utime lifetime = 5 * second;
 
   evaluation::NearestPoint nearest_;
@@ -71,8 +70,8 @@ class LatestMessages {
   std::optional<lidar_state_t> lidar_;
 };
 
-/// A named thing that can be read at any time while a procedure runs: in conditions, limits
-/// and records.
+/// A named quantity that can be read at any time while a procedure runs: for conditions, limits and
+/// records.
 struct LiveQuantity {
   std::string name;
   Dimension dimension;
@@ -80,7 +79,7 @@ struct LiveQuantity {
   double unit_si;    ///< size of that unit
   std::string description;
   double (*value)(
-      const LatestMessages& live);      ///< SI, of a state the index of its word; NaN: not known
+      const LatestMessages& live);      ///< SI; of a state the index of its word; NaN: not known
   std::vector<std::string> words = {};  ///< of a state; empty for a quantity
 
   bool is_state() const { return !words.empty(); }

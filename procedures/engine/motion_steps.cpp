@@ -173,7 +173,7 @@ class StoppedRunner final : public StepRunner {
       bench.testbed.command(testbed_command_of(testbed_command2_t::STOP), now);
       return StepResult::running;
     }
-    // At rest, not only on the way there: the next step may want to move.
+    // Done at rest only: the next step may begin a motion.
     return status == CommandStatus::finished ? StepResult::passed : StepResult::running;
   }
 

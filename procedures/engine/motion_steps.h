@@ -8,7 +8,7 @@
 
 namespace berth::procedures {
 
-/// With nothing else but the identity as its pose.
+/// With the identity as its pose, all else unset.
 testbed_command2_t testbed_command_of(std::int8_t what);
 
 /// What a step requests of the testbed; nothing when it requests no motion. here: where the replica

@@ -79,7 +79,7 @@ std::vector<precondition_t> NodeWatch::preconditions(bool going_on) const {
   for (const auto& [name, node] : nodes_) {
     precondition_t item;
     item.name = "node " + name;
-    // what is held reports it: the testbed's own state is looked at besides
+    // a node on hold is DEGRADED; the testbed's own state is checked as well
     const bool held = going_on && node.state == node_status_t::DEGRADED;
     item.met = node.received && (node.ready() || held);
     item.reason = node.text();

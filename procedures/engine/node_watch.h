@@ -13,11 +13,11 @@
 
 namespace berth::procedures {
 
-/// The nodes without which nothing starts or goes on.
+/// The nodes that must be ready to start and to go on.
 class NodeWatch {
  public:
-  /// supervisor: of the nodes, the one whose FAULT is final; empty: none. outside: what to report
-  /// of nodes that somebody else starts, until something is received of them.
+  /// supervisor: of the nodes, the one whose FAULT is final; empty: none. outside: text for nodes
+  /// that the user starts, until their first message.
   NodeWatch(const std::vector<std::string>& required, std::string supervisor,
             const std::map<std::string, std::string>& outside = {});
 
@@ -28,12 +28,12 @@ class NodeWatch {
   bool requires_node(const std::string& name) const { return nodes_.count(name) != 0; }
   /// Nodes that are not ready, with their states: "testbed (STARTING), ..."; empty: all are.
   std::string missing() const;
-  /// The same while they start, with no more than what keeps them: "lidar-driver, testbed (no IK)".
+  /// The same while they start, with their reasons: "lidar-driver, testbed (no IK)".
   std::string awaited() const;
-  /// Why it is no use to wait for them; empty: it is.
+  /// The fault that makes waiting for them useless; empty: none.
   std::string final_fault() const;
   /// A node in fault or silent for longer than the timeout; empty: none. excused: a node whose
-  /// fault is none here.
+  /// fault is ignored.
   std::string trouble(Utime now, Utime heartbeat_timeout, const std::string& excused) const;
   /// One for each node.
   std::vector<precondition_t> preconditions(bool going_on) const;

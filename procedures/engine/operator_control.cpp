@@ -7,8 +7,8 @@
 namespace berth::procedures {
 namespace {
 
-/// Whether one of the words between commas is this one.
-bool says(const std::string& text, const std::string& word) {
+/// Whether the comma-separated list contains the word.
+bool contains_word(const std::string& text, const std::string& word) {
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
     const std::size_t first = text.find_first_not_of(' ', begin);
@@ -31,7 +31,7 @@ std::string OperatorControl::reason_to_refuse(const procedure_command_t& command
     case procedure_command_t::KEEP_CONTROL:  // changes nothing
       return {};
     case procedure_command_t::TAKE_CONTROL:
-      if (says(command.text, take_over_word)) return {};
+      if (contains_word(command.text, take_over_word)) return {};
       return lease_.holder() + " has control, and it can be taken over only explicitly";
     default:
       return lease_.holder() + " has control";
@@ -43,13 +43,13 @@ std::string OperatorControl::take(const procedure_command_t& command, Utime now)
   const bool held_before = holds_when_lost_;
   lease_.release(before, now);
   lease_.take(command.commander, now);
-  holds_when_lost_ = says(command.text, hold_when_lost_word);
+  holds_when_lost_ = contains_word(command.text, hold_when_lost_word);
   if (before == command.commander && holds_when_lost_ == held_before) return {};
   return command.commander +
          (before.empty() || before == command.commander
               ? " has control"
               : " has taken control over from " + before) +
-         (holds_when_lost_ ? "; the procedure is held when he is no longer heard" : "");
+         (holds_when_lost_ ? "; the procedure holds when control is lost" : "");
 }
 
 bool OperatorControl::release(const std::string& commander, Utime now) {

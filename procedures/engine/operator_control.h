@@ -19,20 +19,18 @@ inline constexpr Utime control_lifetime = 1500 * millisecond;
 inline constexpr char take_over_word[] = "take over";  ///< from its present holder
 inline constexpr char hold_when_lost_word[] = "hold";  ///< when the holder is lost
 
-/// Which operator steers a procedure: nobody, and then anybody may, or one, as long as it keeps
-/// control.
+/// The operator who controls a procedure: at most one, who must renew it. Without a holder every
+/// operator may command.
 class OperatorControl {
  public:
-  /// Why this one may not be obeyed; empty: it may. Stopping is never in question: HOLD and ABORT
-  /// are obeyed from everybody.
+  /// Why a command is refused; empty: it is not. HOLD and ABORT are obeyed from any sender.
   std::string reason_to_refuse(const procedure_command_t& command, Utime now) const;
 
-  /// @return what has changed, in words; empty: nothing has.
-  /// Call only where there is no objection.
+  /// @return the change as text; empty: none. @pre reason_to_refuse() is empty
   std::string take(const procedure_command_t& command, Utime now);
   bool keep(const std::string& commander, Utime now) { return lease_.keep(commander, now); }
   bool release(const std::string& commander, Utime now);
-  /// Name of a holder that has been silent too long; reported once. Empty: none.
+  /// Name of a holder that has not renewed control in time; reported once. Empty: none.
   std::string lapse(Utime now);
 
   bool holds_when_lost() const { return holds_when_lost_; }
@@ -47,8 +45,8 @@ class OperatorControl {
 /// A speed override, "60 %", as 0..1. @throws InputError.
 double speed_override_of(const std::string& text);
 
-/// What is requested of the lamps, as a lights step has it: "sun: 80 %, albedo: 10 %". What it does
-/// not name stays as it is now. @throws InputError.
+/// A request to the lamps, as in a lights step: "sun: 80 %, albedo: 10 %". Values not named stay
+/// unchanged. @throws InputError.
 facility_command_t lamps_of(const std::string& text, const facility_state_t& now);
 
 }  // namespace berth::procedures

@@ -9,7 +9,7 @@ namespace {
 precondition_t lease(const TestbedLink& testbed) {
   const auto& state = testbed.state();
   const std::string holder = state ? state->lease_holder : "";
-  const std::string by = holder.empty() ? "nobody has it" : holder + " has it";
+  const std::string by = holder.empty() ? "no commander has it" : holder + " has it";
   return make_precondition("lease", testbed.has_lease(),
                            state ? by : "nothing received from the testbed");
 }
@@ -87,7 +87,8 @@ std::string unmet(const std::vector<precondition_t>& preconditions) {
 }
 
 void RestWatch::look(const Bench& bench) {
-  // Truth's noise alone looks like some mm/s: stillness is to stay in one place for a while.
+  // Truth's noise alone gives a velocity of some mm/s: still is a pose that stays in one place for
+  // this time.
   constexpr Utime stillness = 500 * millisecond;
   constexpr double still_distance = 2e-3;    // m
   constexpr double still_angle = 1.7453e-3;  // rad: a tenth of a degree

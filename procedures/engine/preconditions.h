@@ -12,7 +12,7 @@
 
 namespace berth::procedures {
 
-/// What must be so before a procedure starts or goes on: every node ready, the lease held, the
+/// Preconditions of a procedure's start and resumption: every node ready, the lease held, the
 /// testbed idle, and, where those nodes are part of the rig, E-stop chain and fence closed and the
 /// LIDAR ready.
 /// @param going_on after a hold, when the testbed may be HELD as well as idle
@@ -21,7 +21,7 @@ std::vector<precondition_t> preconditions(const NodeWatch& nodes, const Bench& b
 
 precondition_t make_precondition(const std::string& name, bool met, const std::string& reason);
 
-/// Room for the run's log where it is written: 2 GB, an hour of scans and more.
+/// Free disk space for the run's log: 2 GB, more than an hour of scans.
 precondition_t room_on_disk(const std::filesystem::path& folder);
 
 /// The unmet ones: "E-stop chain: open; fence: open"; empty: all are met.
@@ -39,12 +39,12 @@ class RestWatch {
   void look(const Bench& bench);
   precondition_t precondition(const Bench& bench) const;
 
-  /// More than truth's own noise, less than what anybody would do to an arm by hand.
+  /// More than truth's noise, less than an arm moved by hand.
   static constexpr double max_distance = 5e-3;    ///< m
   static constexpr double max_angle = 0.0087266;  ///< rad: half a degree
 
  private:
-  std::optional<evaluation::TruthSample> place_;  // since when it has been there
+  std::optional<evaluation::TruthSample> place_;  // with the time since which it has not changed
   std::optional<Pose> rest_;
 };
 

@@ -11,16 +11,15 @@ namespace berth {
 namespace {
 
 constexpr Utime control_period = 500 * millisecond;
-/// A state is published again for those who join: as often as control, one of many steps more
-/// rarely, so that a log grows by no more than this for it, bytes a second; but never so rarely
-/// that one waits for long.
+/// The state is repeated for late subscribers, as often as control; a large state more rarely, to
+/// bound the growth of the log, bytes per second; with a maximum period.
 constexpr double repeated_bytes = 10e3;
 constexpr Utime max_repeat = 2 * second;
 constexpr int final_repeats = 3;
 
 procedures::EngineOptions options_of(const NodeSetup& setup, const ProcedureRun& run, Utime now) {
   procedures::EngineOptions options;
-  // A procedure after another in the same session goes on above its numbers.
+  // A later procedure of the session continues the numbers of an earlier one.
   options.commander = {setup.name, setup.session, now};
   options.required_nodes = run.required_nodes;
   options.supervisor = run.supervisor;
@@ -53,7 +52,7 @@ ProcedureNode::ProcedureNode(const NodeSetup& node_setup, procedures::Procedure 
   listen<lidar_state_t>(channels::lidar_state, 1000);
   listen<pose_estimate_t>(channels::pose_estimate, 1000);
   listen<injection_state_t>(channels::injection_state, 100);
-  // Of any session: a stop is obeyed from everybody.
+  // Of any session: a stop is obeyed from any sender.
   bus().subscribe<procedure_command_t>(
       channels::procedure_command, Queue::fifo(100), [this](procedure_command_t message) {
         message.text.resize(first_columns(message.text, max_characters).size());
@@ -99,7 +98,7 @@ void ProcedureNode::keep(const char* channel, std::size_t capacity) {
   });
 }
 
-/// Keeping control is not answered: who has it is in OPERATOR_CONTROL.
+/// KEEP_CONTROL is not answered: OPERATOR_CONTROL contains the holder.
 void ProcedureNode::take(const procedure_command_t& command) {
   if (command.command == procedure_command_t::KEEP_CONTROL) {
     engine_.obey(command, now());
@@ -152,7 +151,7 @@ void ProcedureNode::publish_state() {
   }
   repeat_after_ = control_period;
   ++final_repeats_;
-  // Whoever looks on need not wonder at the silence that follows.
+  // Announces the silence that follows.
   report(final_repeats_ >= final_repeats ? node_status_t::STOPPED : node_status_t::READY);
   if (final_repeats_ == final_repeats && finished_) finished_();
 }

@@ -13,7 +13,7 @@
 
 namespace berth {
 
-/// What is to be run, in addition to RunSetup.
+/// Setup of a procedure's run, in addition to RunSetup.
 struct ProcedureRun {
   std::filesystem::path file;
   procedures::Overrides parameters;
@@ -25,8 +25,8 @@ struct ProcedureRun {
                                              "estimator",          "testbed"};
   std::string supervisor;                      ///< as EngineOptions::supervisor
   std::map<std::string, std::string> outside;  ///< as EngineOptions::outside
-  std::vector<attachment_t> attachments;       ///< of RUN_INFO, besides those of make_run_info()
-  /// Where the log is written and must have room; empty: not looked at.
+  std::vector<attachment_t> attachments;  ///< of RUN_INFO, in addition to those of make_run_info()
+  /// Folder of the log, whose disk must have room; empty: not checked.
   std::filesystem::path disk;
   Utime ready_timeout = 120 * second;
   Utime heartbeat_timeout = second;
@@ -59,7 +59,7 @@ class ProcedureNode final : public Node, private procedures::Actions {
 
   template <class Message>
   void listen(const char* channel, std::size_t capacity);
-  /// What only the verdict needs.
+  /// Subscribes to messages that only the verdict needs.
   template <class Message>
   void keep(const char* channel, std::size_t capacity);
   void take(const procedure_command_t& command);

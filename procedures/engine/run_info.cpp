@@ -17,8 +17,8 @@ namespace fs = std::filesystem;
 constexpr std::size_t max_content_bytes = 50000;
 
 /// The configuration's files by their names in it, in order, those of its folders last: where there
-/// is not room for all, what describes the whole cell is there. Of layouts and their calibrations
-/// only the run's own.
+/// is not room for all, those that describe the whole cell are included. Of layouts and their
+/// calibrations only the run's own.
 std::vector<fs::path> configuration_files(const RunSetup& setup) {
   std::vector<fs::path> files;
   if (!fs::is_directory(setup.config)) return files;
@@ -55,7 +55,7 @@ run_info_t make_run_info(const Procedure& procedure, const RunSetup& setup, cons
   info.seed = static_cast<std::int64_t>(setup.seed);
   info.procedure = procedure.name;
   info.target = name_from_run(setup);
-  // As requested, so that loading it again gives the same bits.
+  // The requested length, so that loading the target again gives the same bits.
   info.target_length_m = setup.target_length > 0 ? setup.target_length : target.length;
   info.target_hash = target.hash;
   info.layout = setup.layout;

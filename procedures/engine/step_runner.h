@@ -11,7 +11,7 @@
 
 namespace berth::procedures {
 
-/// What a step works with.
+/// The environment of a step.
 struct Bench {
   Actions& actions;
   TestbedLink testbed;
@@ -34,9 +34,9 @@ class StepRunner {
   /// The estimate that has just come.
   virtual void on_estimate(const Bench&, const pose_estimate_t&) {}
 
-  /// The question to the operator now; nullptr when nothing.
+  /// The open question to the operator; nullptr: none.
   virtual const Prompt* prompt() const { return nullptr; }
-  virtual void answer(const std::string&, const std::string& /*who*/) {}
+  virtual void answer(const std::string&, const std::string& /*source*/) {}
 
   /// Progress, or why it failed.
   const std::string& detail() const { return detail_; }

@@ -34,7 +34,7 @@ class WaitUntilRunner final : public StepRunner {
     std::string found;
     if (!condition_.met(bench.live, found)) {
       since_ = 0;
-      detail_ = found + "; wanted: " + condition_.text;
+      detail_ = found + "; expected: " + condition_.text;
       return StepResult::running;
     }
     if (since_ == 0) since_ = now;
@@ -57,7 +57,7 @@ class PromptRunner final : public StepRunner {
 
   StepResult poll(Bench&, Utime, Utime) override {
     if (answer_.empty()) return StepResult::running;
-    detail_ = "answer: " + answer_ + who_;
+    detail_ = "answer: " + answer_ + source_;
     const auto& good = prompt_.go_on;
     const bool goes_on = good.empty() || std::find(good.begin(), good.end(), answer_) != good.end();
     return goes_on ? StepResult::passed : StepResult::failed;
@@ -65,15 +65,15 @@ class PromptRunner final : public StepRunner {
 
   const Prompt* prompt() const override { return answer_.empty() ? &prompt_ : nullptr; }
 
-  void answer(const std::string& text, const std::string& who) override {
+  void answer(const std::string& text, const std::string& source) override {
     answer_ = text;
-    who_ = " (" + who + ")";
+    source_ = " (" + source + ")";
   }
 
  private:
   Prompt prompt_;
   std::string answer_;
-  std::string who_;
+  std::string source_;
 };
 
 class AnnotateRunner final : public StepRunner {

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What surrounds a step.
+/// Context of a step.
 struct Surroundings {
   int depth = 0;
   std::string label;  // of the blocks: "yaw 10 deg, 2 of 3"
@@ -274,7 +274,7 @@ class Unroller {
       step.phase = phase + " motion";
       step.when_lost = around.when_lost.value_or(WhenLost::ignore);
       add(step, config);
-      // Lost on the way: the arms know where it should be.
+      // If lost during the motion: the commanded pose is known.
       track.from = poses[i];
       step.verb = track;
       step.name = "find (" + which + ")";

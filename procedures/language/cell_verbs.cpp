@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Lamps, and faults of a simulated cell.
+// Verbs for lamps, and for faults of a simulated cell.
 #include <algorithm>
 
 #include "common/core/fault_kind.h"
@@ -112,7 +112,7 @@ std::vector<VerbInfo> cell_verbs() {
         {"elevation", Kind::angle, false, "0 deg", "of the sun lamp, cell frame"}},
        read_lights},
       {"inject",
-       "asks the simulated cell for a fault; an error on a real cell",
+       "injects a fault into the simulated cell; an error on a real cell",
        "15 s",
        {{"device", Kind::words, true, "", "arm-replica, arm-sensor, lidar, plc or target",
          devices_that_fail()},

@@ -86,7 +86,7 @@ bool holds(const Clause& clause, double value) {
     case Relation::is:
       return value == clause.value;
     case Relation::is_not:
-      return value >= 0 && value != clause.value;  // not known is neither
+      return value >= 0 && value != clause.value;  // an unknown state meets neither relation
   }
   return false;
 }

@@ -8,7 +8,7 @@
 
 namespace berth::procedures {
 
-/// Something that is so or is not, of live quantities:
+/// A condition on live quantities:
 ///
 ///     estimated_range < 4 m
 ///     estimate is ok and position_error < 20 mm for 2 s
@@ -25,9 +25,9 @@ struct Condition {
   std::string text;  ///< as written
   std::vector<Clause> clauses;
   bool any = false;     ///< joined by "or": one clause suffices
-  double duration = 0;  ///< s for which it must be so without a break
+  double duration = 0;  ///< s for which it must hold without a break
 
-  /// Whether it is so now. What is not known is not so. found says what is found now, for a person:
+  /// Whether it holds now. With an unknown quantity it does not. found: the present values as text:
   /// "estimated_range 4.52 m".
   bool met(const LatestMessages& live, std::string& found) const;
 };

@@ -21,7 +21,7 @@ struct Limit {
   double duration = 0;  ///< s for which it must be broken without a break
   Then then = Then::fail;
   int first_step = 0;  ///< watched from this step
-  int last_step = 0;   ///< to this one: those of the procedure that the limit stands in
+  int last_step = 0;   ///< to this one: the steps of the procedure that contains the limit
   std::string file;
   int line = 0;
 };

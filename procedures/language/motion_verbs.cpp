@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What moves the arms.
+// Verbs that move the arms.
 #include "procedures/language/step_options.h"
 #include "procedures/language/verbs.h"
 
@@ -142,7 +142,7 @@ std::vector<VerbInfo> motion_verbs() {
       {"guided",
        "closed loop: the set-points of a GNC outside of Berth are flown",
        "its time and 30 s",
-       {{"by", Kind::text, true, "", "the outside GNC's name, as its set-points say"},
+       {{"by", Kind::text, true, "", "the outside GNC's name, the commander of its set-points"},
         {"for", Kind::time, true, "", "at most"},
         {"speed", Kind::speed, true, "", "greatest of the chaser"},
         {"turn", Kind::angular_speed, false, "5 deg/s", "greatest of the chaser"},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Waiting, asking and writing down.
+// Verbs for waiting, prompts and records.
 #include <algorithm>
 
 #include "procedures/language/verbs.h"
@@ -72,13 +72,12 @@ std::vector<VerbInfo> operator_verbs() {
        Kind::condition,
        read_wait_until},
       {"prompt",
-       "asks the operator; with a text alone any answer will do",
+       "prompts the operator; with a text alone any answer will do",
        "10 min",
        {{"text", Kind::text, true, "", "the question"},
         {"choices", Kind::texts, false, "any text", "answers that are understood"},
         {"go_on", Kind::texts, false, "all", "answers with which the step has passed"},
-        {"default", Kind::text, false, "none: TIMEOUT",
-         "the answer when nobody gives one in time"}},
+        {"default", Kind::text, false, "none: TIMEOUT", "the answer when none comes in time"}},
        read_prompt,
        Kind::text,
        read_prompt_text},

@@ -45,7 +45,7 @@ std::optional<Reference> reference_in(const std::string& text, std::size_t from,
 
 bool refers(const std::string& text) { return reference_in(text, 0).has_value(); }
 
-/// A text of as many bytes, so that all stands where it stood.
+/// The text with YAML-safe references of equal length, so that offsets are unchanged.
 std::string with_references(std::string text) {
   for (auto found = reference_in(text, 0, "{}"); found;
        found = reference_in(text, found->end, "{}")) {
@@ -57,7 +57,7 @@ std::string with_references(std::string text) {
 
 using OnText = std::function<YamlNode(const YamlNode&)>;
 
-/// The node with each text in it as `made` makes it; keys stay. What stays is shared.
+/// The node with `made` applied to each text; keys are kept, unchanged nodes shared.
 YamlNode with_texts(const YamlNode& node, const OnText& made) {
   if (node.is_text()) return made(node);
   YamlNode copy = YamlNode(node.kind()).placed_at(node);
@@ -129,7 +129,7 @@ std::string known_names(const std::vector<Parameter>& parameters) {
                        : "there are: " + joined({names.begin(), names.end()});
 }
 
-/// As run: the parameters are filled in, and cannot be chosen again.
+/// In a procedure as run, parameters are filled in and cannot be overridden.
 void refuse_other_value(const YamlNode& value, const YamlNode& given, const std::string& file,
                         const std::string& name) {
   if (given == value) return;
@@ -144,7 +144,7 @@ struct Names {
   const std::set<std::string>& swept;
 };
 
-/// Adds the names that a node refers to. @throws InputError for one that nothing has.
+/// Adds the names that a node refers to. @throws InputError for an unknown name.
 void add_used(const YamlNode& node, const Names& names, std::set<std::string>& used) {
   const auto use = [&](const std::string& name) {
     used.insert(name);
@@ -157,7 +157,7 @@ void add_used(const YamlNode& node, const Names& names, std::set<std::string>& u
   for (auto found = reference_in(text, 0); found; found = reference_in(text, found->end)) {
     use(found->name);
   }
-  // What is left between braces is no name.
+  // A remaining reference contains no valid name.
   if (const auto open = text.find("${"); open != std::string::npos) {
     const auto end = text.find('}', open);
     if (end != std::string::npos) use(text.substr(open + 2, end - open - 2));

@@ -45,13 +45,13 @@ struct Filled {
 };
 
 /// Puts the overrides in place of the parameters' values, and each parameter's value in place of
-/// the references to it. A value alone (`${start}`, or "${start}") takes the place of the whole
-/// node, a list's too; within a text its text is put in. What a value holds is never read as YAML,
-/// nor as a reference.
+/// the references to it. A reference alone (`${start}`, or "${start}") is replaced by the value as
+/// a node, which may be a list; one within a text by the value's text. Values are not parsed as
+/// YAML, nor for references.
 ///
 /// @param swept names of sweeps, whose references stay
-/// @throws InputError with file and line for a reference that nothing has the name of, a parameter
-/// that nothing refers to, and an override that fits no parameter.
+/// @throws InputError with file and line for a reference to an unknown name, a parameter without a
+/// reference, and an override that fits no parameter.
 Filled apply_parameters(const Written& written, const std::string& file, const Overrides& overrides,
                         const std::set<std::string>& swept);
 
@@ -62,7 +62,8 @@ YamlNode fill(const YamlNode& node, const std::map<std::string, YamlNode>& value
 /// @throws InputError.
 void refuse_open_references(const YamlNode& node, const std::string& file);
 
-/// A value given as text in place of another: a list where that is one, otherwise the text itself.
+/// A value, given as text, that replaces another: parsed as a list where the other is one,
+/// otherwise the text itself.
 /// @param name of the parameter or key, for messages
 /// @throws InputError for a list of another length, or a quantity of another dimension.
 YamlNode value_in_place_of(const YamlNode& before, const std::string& text,

@@ -23,7 +23,7 @@ bool needs_tracking(const Step& step) {
          std::holds_alternative<Dwell>(step.verb) || (hold != nullptr && hold->closed_loop);
 }
 
-/// Steps that wait for somebody or something would keep the cell from coming to rest.
+/// Steps that may wait for ever, which a teardown must not have.
 bool may_never_end(const Step& step) {
   return needs_tracking(step) || std::holds_alternative<Acquire>(step.verb) ||
          std::holds_alternative<Guided>(step.verb) || std::holds_alternative<Prompt>(step.verb) ||
@@ -109,7 +109,7 @@ std::vector<Step> default_teardown(const std::string& file) {
 
 bool injects(const Step& step) { return std::holds_alternative<Inject>(step.verb); }
 
-/// What was injected ends with the run, whatever the procedure says.
+/// The teardown always begins with the end of injected faults.
 void clear_injections_first(Procedure& procedure) {
   if (std::none_of(procedure.steps.begin(), procedure.steps.end(), injects)) return;
   const auto clears_all = [](const Step& step) {
@@ -129,7 +129,7 @@ void take_attached(Config& config, Library& library) {
   for (const std::string& name : called.keys()) library.attach(name, called.text(name));
 }
 
-/// The text with what it needs to stand alone.
+/// The text with all that it refers to attached.
 std::string text_as_run(const Source& source, const Library& library) {
   if (source.as_run) return source.text;
   std::string text =
@@ -151,7 +151,7 @@ std::string text_as_run(const Source& source, const Library& library) {
     for (std::string line; std::getline(in, line);) text += "    " + line + "\n";
   }
   if (called.size() > 0) tree.put("called", called);
-  // Whatever way it was written: what is kept reads as what is run.
+  // In either style the kept text reads as the procedure that runs.
   return edited(text, {}, tree).value_or(written(tree));
 }
 

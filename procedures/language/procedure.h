@@ -15,7 +15,7 @@ namespace berth::procedures {
 /// A test script as it will run: repeats, sweeps and calls are unrolled.
 struct Procedure {
   std::string file;
-  std::string text;  ///< as it runs: parameters filled in, called procedures attached; stands alone
+  std::string text;  ///< as run: parameters filled in, called procedures attached; self-contained
   std::string name;
   std::string description;
   std::string layout;   ///< empty: the operator's choice
@@ -31,7 +31,7 @@ struct Procedure {
   std::vector<Step> teardown;  ///< always run
   std::vector<Limit> limits;
   std::vector<evaluation::Criterion> criteria;
-  std::string source;  ///< of its claims and figures
+  std::string source;  ///< reference of its claims and figures
   std::vector<evaluation::Figure> figures;
 };
 
@@ -43,16 +43,16 @@ inline constexpr int max_steps = 400;
 Procedure load_procedure(const std::filesystem::path& file, const Overrides& overrides = {});
 
 /// The procedures below a directory, in order of their names. Other YAML files, such as plans of
-/// nights, may lie beside them: a procedure has steps. A file that cannot be read counts, so that
-/// it is told of.
+/// nights, have no `steps` and are left out. A file that cannot be read is included, so that it is
+/// reported.
 std::vector<std::filesystem::path> procedures_in(const std::filesystem::path& directory);
-/// Called procedures are looked for beside `file`.
+/// Called procedures are searched next to `file`.
 Procedure parse_procedure(const std::string& text, const std::string& file,
                           const Overrides& overrides = {});
 
 /// The keys of a procedure.
 const std::vector<KeyInfo>& procedure_keys();
-/// Complains of keys that are missing or that nobody knows.
+/// @throws InputError for missing or unknown keys.
 void check_top_level(Config& config);
 
 }  // namespace berth::procedures

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Requests to the LIDAR and the estimator.
+// Verbs for the LIDAR and the estimator.
 #include <algorithm>
 
 #include "procedures/language/verbs.h"
@@ -13,10 +13,10 @@ const KeyInfo gate_key = {"gate", Kind::gate, false, "the estimator's own",
                           "range gate, such as [3 m, 8 m]"};
 
 const KeyInfo returns_key = {"returns", Kind::count, false, "the estimator's own choice",
-                             "returns asked for in each scan"};
+                             "returns requested in each scan"};
 
 const KeyInfo acquire_returns_key = {"returns", Kind::count, false, "as they come",
-                                     "returns wanted of the scan in which it is found"};
+                                     "returns requested in the scan that finds the target"};
 
 void optional_gate(Config& config, double& near, double& far) {
   if (!config.has("gate")) return;
@@ -97,7 +97,7 @@ std::vector<VerbInfo> scan_verbs() {
          "where the target should be now, to 5 cm and 3 degrees"}},
        read_track},
       {"stop_tracking",
-       "the estimator asks for no more scans",
+       "the estimator requests no more scans",
        "20 s",
        {},
        nullptr,

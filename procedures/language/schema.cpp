@@ -82,7 +82,7 @@ json definitions() {
 
 json object_of(const std::vector<KeyInfo>& keys);
 
-/// What may stand behind a key.
+/// Schema of a key's value.
 json value_of(const KeyInfo& info) {
   switch (info.kind) {
     case Kind::number:
@@ -152,7 +152,7 @@ json value_of(const KeyInfo& info) {
 
 json described(const KeyInfo& info) {
   json value = value_of(info);
-  // Beside a $ref other keywords would not be looked at.
+  // Next to a $ref other keywords are ignored.
   if (value.contains("$ref")) value = {{"allOf", json::array({value})}};
   value["description"] =
       info.description +
@@ -213,7 +213,7 @@ std::string definition_of(Dimension dimension) {
   }
 }
 
-/// What evaluation::read_criteria reads.
+/// Schema of a criterion, as evaluation::read_criteria reads it.
 json criterion() {
   json names = json::array();
   std::map<std::pair<std::string, bool>, std::vector<std::string>> alike;  // by limits, statistic
@@ -245,7 +245,7 @@ json criterion() {
   return result;
 }
 
-/// What evaluation::read_figures reads.
+/// Schema of a figure, as evaluation::read_figures reads it.
 json figure() {
   const json texts = list_of(ref("text"));
   const json chart =

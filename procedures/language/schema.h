@@ -45,7 +45,7 @@ struct KeyInfo {
   std::string key;
   Kind kind;
   bool required = false;
-  std::string default_value;  ///< the value when it is left out; empty: see description
+  std::string default_value;  ///< the default; empty: see description
   std::string description;
   std::vector<std::string> words = {};  ///< of Kind::words
   std::vector<KeyInfo> keys = {};       ///< of Kind::map

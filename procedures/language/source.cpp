@@ -25,8 +25,8 @@ Source make_source(const std::string& text, const std::string& file, const std::
 
 namespace {
 
-/// In the library: the file, seen from the procedure that runs, and what distinguishes two uses of
-/// it.
+/// Name in the library: the file's path relative to the procedure that runs, and a suffix that
+/// distinguishes two uses of it.
 std::string name_of(const YamlNode& rule, const std::string& key, const Source& source) {
   const auto text = [&](const char* option) { return rule.at(option).text(); };
   const auto folder = std::filesystem::path(source.name).parent_path();

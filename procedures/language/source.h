@@ -20,7 +20,7 @@ class Library {
   void attach(const std::string& name, const std::string& text) { texts_[name] = text; }
   /// @throws InputError when there is none.
   const std::string& text(const std::string& name);
-  /// How it is called in messages.
+  /// Its path for messages.
   std::string file(const std::string& name) const { return (folder_ / name).string(); }
   /// All that were requested or attached.
   const std::map<std::string, std::string>& texts() const { return texts_; }
@@ -41,20 +41,20 @@ struct Source {
 };
 
 /// Fills in the parameters of a procedure's text.
-/// @throws InputError for a reference that neither a parameter nor a sweep has the name of.
+/// @throws InputError for a reference to neither a parameter nor a sweep.
 Source make_source(const std::string& text, const std::string& file, const std::string& name,
                    const Overrides& overrides);
 
 /// A trajectory that was read from elsewhere (a CSV file, an earlier run) becomes a part of the
-/// procedure's own text, as a called procedure does: what was run can be run and judged anywhere.
+/// procedure's own text, as a called procedure does: a run can be repeated and judged anywhere.
 /// @{
-/// Before a step is read: what is attached takes the place of what it names.
+/// Before a step is read: attached texts replace the files that it names.
 void give_attached(const Config& step, const Source& source, const Library& library);
-/// After it was read: what it read is attached.
+/// After it was read: the texts that it read are attached.
 void keep_attached(const Config& step, const Source& source, Library& library);
 /// @}
 
-/// The key under which a rule finds its text, and leaves it.
+/// The key of a rule's attached text.
 inline constexpr const char* attached_key = "attached";
 
 }  // namespace berth::procedures

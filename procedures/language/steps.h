@@ -15,7 +15,7 @@ namespace berth::procedures {
 
 /// The verbs of the language. Lengths in m, angles in rad, times in s; poses are T_sensor_model.
 
-/// Sets the lamps; done when the facility reports them so, level and direction.
+/// Sets the lamps; done when the facility reports the requested levels and direction.
 struct Lights {
   double sun = 0;     ///< 0..1
   double albedo = 0;  ///< 0..1
@@ -31,7 +31,7 @@ struct Move {
   int frozen_arm = 0;  ///< as in testbed_command2_t: 0 none, 1 replica, 2 sensor
 };
 
-/// Back along the way that the arms came by the last motion, to where it began.
+/// Back along the path of the last motion, to its begin.
 struct Retreat {
   double speed = 0;  ///< 0: the testbed's own
 };
@@ -50,7 +50,7 @@ struct Track {
   std::string strategy;  ///< empty: the estimator's own
   int returns = 0;
   int settle = 3;
-  std::optional<Pose> from;  ///< where the target should be now; nothing: where it was last seen
+  std::optional<Pose> from;  ///< expected pose of the target; nothing: the last estimate
 };
 
 /// How a closed loop flies, and what the target does meanwhile.
@@ -63,13 +63,13 @@ struct ClosedLoop {
 struct Approach {
   double standoff = 0;
   double speed = 0;
-  /// That comes to lie on the boresight, at the standoff; empty: the target's first. Nothing: the
-  /// standoff is of the nearest surface.
+  /// The docking port to bring onto the boresight, at the standoff; empty: the target's first.
+  /// Nothing: the standoff is of the nearest surface.
   std::optional<std::string> port = std::nullopt;
   ClosedLoop loop = {};
 };
 
-/// Stays where it is while tracking goes on; closed loop: steers to keep the relative pose.
+/// Rests while tracking goes on; closed loop: steers to keep the relative pose.
 struct Hold {
   double duration = 0;
   bool closed_loop = false;
@@ -106,12 +106,12 @@ struct Scan {
   Window window;
 };
 
-/// Asks the operator.
+/// A question to the operator.
 struct Prompt {
   std::string text;
   std::vector<std::string> choices;  ///< none: any text
   std::vector<std::string> go_on;    ///< answers with which the step has passed; none: all
-  std::string default_value;         ///< the answer when nobody gives one in time; empty: none
+  std::string default_value;         ///< the answer when none comes in time; empty: none
 };
 
 /// Leaves a remark in the log.
@@ -129,9 +129,9 @@ struct Record {
 struct Inject {
   std::string device;
   std::string fault;
-  double value = 0;     ///< SI; what it means depends on the fault
+  double value = 0;     ///< SI; its quantity depends on the fault
   double duration = 0;  ///< s; 0: until cleared
-  double after = 0;     ///< s; 0: now, and the step waits until it is so
+  double after = 0;     ///< s; 0: now, and the step waits until the fault is active
 };
 
 /// Ends a fault; with neither device nor fault all of them.
@@ -147,14 +147,14 @@ using Verb = std::variant<Lights, Move, Retreat, Trajectory, Acquire, Track, App
                           Wait, WaitUntil, Dwell, Scan, Prompt, Annotate, Record, Inject,
                           ClearInjections, StopTracking>;
 
-/// What follows when a step fails, runs out of time or is at fault.
+/// Reaction to a step that fails, times out or has an error.
 struct OnFailure {
   enum class Then { abort, go_on, hold };
-  int retries = 0;  ///< tried again so often first
+  int retries = 0;  ///< number of retries before
   Then then = Then::abort;
 };
 
-/// What follows when the target is lost (`lost_for`) while a step runs.
+/// Reaction to a target lost (`lost_for`) while a step runs.
 enum class WhenLost { fail, skip, ignore };
 
 /// A condition on this step and those that follow it in the same block.
@@ -165,14 +165,14 @@ struct Gate {
 
 struct Step {
   Verb verb;
-  std::string name;    ///< for a person; the verb's own unless given
-  std::string phase;   ///< label under which its stretch of time is judged; the verb unless given
+  std::string name;    ///< for the operator; default: the verb's
+  std::string phase;   ///< label of its time interval for criteria; default: the verb
   double timeout = 0;  ///< s
   OnFailure on_failure = {};
   WhenLost when_lost = WhenLost::fail;
-  std::vector<Gate> gates = {};  ///< looked at in this order when its turn comes
+  std::vector<Gate> gates = {};  ///< evaluated in this order when the step is due
   int depth = 0;                 ///< in repeats, sweeps and called procedures
-  std::string file = {};         ///< of the procedure that it stands in
+  std::string file = {};         ///< of the procedure that contains it
   int line = 0;                  ///< in that file
 };
 

@@ -26,7 +26,7 @@ std::vector<YamlNode> read_range(Config& axis) {
   if (!dimension) throw axis.error("from", "found '" + from + "', expected a quantity");
   const double first = parse_quantity(from, *dimension);
   const double last = axis.quantity("to", *dimension);
-  const double step = axis.quantity("step", *dimension, above(0));  // from and to say which way
+  const double step = axis.quantity("step", *dimension, above(0));  // from and to define the sign
   axis.finish();
   const double count = std::floor(std::abs((last - first) / step) + 1e-9);
   if (count >= max_steps) {
@@ -66,7 +66,7 @@ std::vector<SweepAxis> read_axes(Config& sweep) {
     }
     axes.push_back(std::move(axis));
   }
-  if (axes.empty()) throw sweep.error("steps", "expected a name to sweep beside 'steps'");
+  if (axes.empty()) throw sweep.error("steps", "expected a name to sweep in addition to 'steps'");
   return axes;
 }
 

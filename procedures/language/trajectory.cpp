@@ -19,7 +19,7 @@
 namespace berth::procedures {
 namespace {
 
-/// A record with longer gaps does not say how the motion went, s.
+/// s, longest gap in a record that may be interpolated.
 constexpr double max_gap = 1;
 
 std::filesystem::path log_of(const std::filesystem::path& run) {
@@ -112,8 +112,7 @@ Trajectory read_waypoints(Config& trajectory) {
   return {[waypoints = std::move(waypoints)](const Pose&) { return waypoints; }, end};
 }
 
-/// The text that the rule's procedure has kept, or that `read` finds from the procedure's folder:
-/// the rule keeps it.
+/// The text attached to the rule; without one the text that `read` gives, which is then attached.
 template <class Reader>
 std::string attached(Config& rule, const Reader& read) {
   if (!rule.has(attached_key)) {

@@ -11,7 +11,7 @@
 
 namespace berth::procedures {
 
-/// What a verb's reader gives: the verb, and how long it may take when the step does not say.
+/// Result of a verb's reader: the verb, and its default time-out.
 struct Read {
   Verb verb;
   double timeout;
@@ -22,18 +22,18 @@ struct Read {
 struct VerbInfo {
   std::string name;
   std::string description;
-  std::string timeout;        ///< when the step does not say
+  std::string timeout;        ///< default
   std::vector<KeyInfo> keys;  ///< of the map; empty: takes no map
   Read (*from_map)(Config& map) = nullptr;
   std::optional<Kind> value = std::nullopt;    ///< the one value; nothing: takes none
   Read (*from_value)(Config& step) = nullptr;  ///< the step; also of a verb that takes nothing
 };
 
-/// All but the blocks.
+/// All verbs but the blocks.
 const std::vector<VerbInfo>& verbs();
 /// nullptr when there is none of this name.
 const VerbInfo* verb_named(const std::string& name);
-/// Reads what stands behind the verb in a step. @throws InputError.
+/// Reads the value of the verb in a step. @throws InputError.
 Read read_verb(const VerbInfo& verb, Config& step);
 
 /// The lamps of a lights step. @param lights defaults of the keys that are left out
@@ -43,13 +43,13 @@ Lights read_lamps(Config& config, Lights lights);
 /// does not have: the two must not drift apart.
 void finish_keys(const Config& map, const std::vector<KeyInfo>& keys, const std::string& where);
 
-// The verbs by what they are about, each with its reader; verbs() joins them.
+// The verbs by subject, each with its reader; verbs() joins them.
 std::vector<VerbInfo> cell_verbs();
 std::vector<VerbInfo> motion_verbs();
 std::vector<VerbInfo> scan_verbs();
 std::vector<VerbInfo> operator_verbs();
 
-/// For verbs that take nothing. @throws InputError when something stands behind it.
+/// For verbs without a value. @throws InputError when there is one.
 void expect_nothing(Config& step, const std::string& verb);
 
 }  // namespace berth::procedures

@@ -153,7 +153,8 @@ TEST_CASE("control that is not kept lapses, and holds the procedure where that w
     CHECK(two.control.holder == "alice");
     two.bench.run_for(2);
     CHECK(two.control.holder.empty());
-    CHECK(two.bench.event_text("control-lapsed") == "alice is no longer heard: nobody has control");
+    CHECK(two.bench.event_text("control-lapsed") ==
+          "control of alice lapsed: no operator has control");
     CHECK(two.state() == procedure_state_t::RUNNING);
   }
   SECTION("with hold") {
@@ -162,7 +163,7 @@ TEST_CASE("control that is not kept lapses, and holds the procedure where that w
     CHECK(two.state() == procedure_state_t::RUNNING);
     two.bench.run_for(2);
     CHECK(two.state() == procedure_state_t::HELD);
-    CHECK(two.bench.node->state().reason == "alice had control and is no longer heard");
+    CHECK(two.bench.node->state().reason == "control of alice lapsed");
     CHECK(two.bench.told_testbed(testbed_command2_t::HOLD));
     two.ask("bob", Command::RESUME);
     CHECK(two.state() == procedure_state_t::RUNNING);

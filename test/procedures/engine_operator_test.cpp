@@ -36,8 +36,7 @@ TEST_CASE("an operator is asked, and the answer that belongs to the question cou
     bench.command(procedure_command_t::ANSWER, "go", "17.1");
     bench.run_for(1);
     CHECK(bench.node->state().state == procedure_state_t::PROMPTING);
-    CHECK(bench.event_text("command-refused").find("prompt 17.1 is not asked") !=
-          std::string::npos);
+    CHECK(bench.event_text("command-refused").find("prompt 17.1 is not open") != std::string::npos);
   }
   SECTION("no choice") {
     bench.command(procedure_command_t::ANSWER, "perhaps", asked.prompt_id);
@@ -66,7 +65,7 @@ TEST_CASE("where nobody answers, a question can answer itself") {
       {}, procedure_of("  - prompt: {text: Ready for it, choices: [go, no], default: go}\n"
                        "    timeout: 10 s\n"));
   CHECK(bench.run() == procedure_state_t::PASS);
-  CHECK(bench.step("prompt").detail == "answer: go (nobody answered in time)");
+  CHECK(bench.step("prompt").detail == "answer: go (default, no answer in time)");
 }
 
 TEST_CASE("nothing goes on after a hold when something has changed") {
@@ -180,7 +179,7 @@ TEST_CASE("what cannot be done is refused with the reason") {
   CHECK(refused(procedure_command_t::RESUME) == "no resume: nothing is held");
   CHECK(refused(procedure_command_t::RESET) == "no reset: nothing is held");
   CHECK(refused(procedure_command_t::SKIP) == "no skip: a reason is needed, for the record");
-  CHECK(refused(procedure_command_t::ANSWER, "yes") == "no answer: nothing is asked");
+  CHECK(refused(procedure_command_t::ANSWER, "yes") == "no answer: no prompt is open");
   CHECK(refused(99) == "no command 99: it is not known");
   CHECK(refused(procedure_command_t::HOLD).empty());
   CHECK(refused(procedure_command_t::HOLD) == "no hold: it is held already");

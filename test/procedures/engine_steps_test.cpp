@@ -21,7 +21,7 @@ TEST_CASE("what never comes runs out of time, and says what is found") {
   EngineBench bench({}, procedure_of("  - wait_until: clearance > 2 m\n    timeout: 4 s\n"));
   CHECK(bench.run() == procedure_state_t::TIMEOUT);
   CHECK(bench.step("wait_until").detail ==
-        "step 'wait_until' is not done after 4 s: clearance 1.000 m; wanted: clearance > 2 m");
+        "step 'wait_until' is not done after 4 s: clearance 1.000 m; expected: clearance > 2 m");
 }
 
 TEST_CASE("what is not known cannot be recorded") {
@@ -146,9 +146,8 @@ TEST_CASE("where nobody can come, what would hold for the operator ends the run"
     EngineBench bench(s, procedure_of("  - wait_until: time_in_run > 100 s\n    timeout: 2 s\n"
                                       "    on_failure: retry 1 time, then hold\n"));
     CHECK(bench.run() == procedure_state_t::TIMEOUT);
-    CHECK_THAT(bench.node->state().reason,
-               Catch::Matchers::Contains("is not done after 2 s") &&
-                   Catch::Matchers::Contains("nobody is there to decide"));
+    CHECK_THAT(bench.node->state().reason, Catch::Matchers::Contains("is not done after 2 s") &&
+                                               Catch::Matchers::Contains("no operator to decide"));
     CHECK(bench.step("wait_until").attempts == 2);
   }
   SECTION("a limit") {

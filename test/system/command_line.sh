@@ -16,8 +16,8 @@ done
 cp -r config "$work/nobody"
 sed -i 's/127\.0\.0\.1:150/127.0.0.1:1/' "$work/nobody/devices.yaml"
 expect 2 "$bin/berth" doctor --hardware --seconds 1 --config "$work/nobody"
-says "replica arm connection 127.0.0.1:121: nobody answers"
-says "127.0.0.1:124: nobody answers"
+says "replica arm connection 127.0.0.1:121: no answer"
+says "127.0.0.1:124: no answer"
 expect 2 "$bin/berth" doctor --hardware --seconds 1 --layout nowhere
 says "nowhere"
 expect 2 "$bin/berth" doctor --layout range

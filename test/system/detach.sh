@@ -39,7 +39,7 @@ expect 2 "$bin/berth" command hodl
 says "expected one of: abort, answer, hold"
 expect 2 "$bin/berth" command skip
 expect 2 "$bin/berth" command answer clear yes
-says "nothing is asked"
+says "no prompt is open"
 expect 0 "$bin/berth" command "$run" hold
 # not before the arms have come to rest
 wait_until 20 "$bin/berth" command "$run" resume 2>"$work/out.txt" || { cat "$work/out.txt"; fail "no resume"; }

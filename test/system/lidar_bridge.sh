@@ -5,7 +5,7 @@
 address=127.0.0.1:$port
 
 expect 2 "$bin/berth" lidar test "$address"
-says "nobody answers at $address"
+says "no answer from $address"
 expect 2 "$bin/berth" lidar test nowhere
 
 "$bin/../examples/lidar_bridge" "$address" >"$work/bridge.txt" &

@@ -62,7 +62,7 @@ TEST_CASE("a move that is only too fast passes at the speed that its refusal nam
     const auto at = refusal.find("it passes at");
     if (at == std::string::npos) continue;
     REQUIRE(std::sscanf(refusal.c_str() + at,
-                        "it passes at %lf %% of the speed asked for, %lf mm/s "
+                        "it passes at %lf %% of the requested speed, %lf mm/s "
                         "and %lf deg/s",
                         &percent, &speed, &turn) == 3);
     CHECK(bench.refusal(move_to(goal, 1e-3 * speed, radians(turn))).empty());
@@ -96,7 +96,7 @@ TEST_CASE("a trajectory that is only too fast passes when it lasts as much longe
   INFO(refusal);
   REQUIRE(at != std::string::npos);
   REQUIRE(std::sscanf(refusal.c_str() + at,
-                      "it passes at %lf %% of the speed asked for, all its times %lf times",
+                      "it passes at %lf %% of the requested speed, all its times %lf times",
                       &percent, &times) == 2);
   CHECK(times == Approx(100 / percent).epsilon(2e-3));
   waypoints(times);

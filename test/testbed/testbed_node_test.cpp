@@ -78,7 +78,7 @@ TEST_CASE("a path that is only too fast is refused with the speed at which it pa
   cell.run_for(0.2);
   CHECK(cell.state.refused_seq == seq);
   CHECK_THAT(cell.state.refusal,
-             Contains("deg/s") && Contains("it passes at") && Contains("% of the speed asked for"));
+             Contains("deg/s") && Contains("it passes at") && Contains("% of the requested speed"));
 }
 
 TEST_CASE("hold brings the arms to rest on the path, resume goes on to the same end") {

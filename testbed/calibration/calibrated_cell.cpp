@@ -6,7 +6,7 @@
 namespace berth::testbed {
 namespace {
 
-/// What was learnt of the replica's mount is of another target's.
+/// Resets the replica's mount to nominal: the calibration's is of another target.
 void forget_mount(Calibration& calibration, const Eigen::MatrixXd& nominal) {
   constexpr int size = 6;
   const int first = parameter_index("replica.mount.x");

@@ -121,7 +121,7 @@ void add_arm(const PlacedArm& arm, const Joints& joints, const Joints& rates, Co
     rate.head<3>() += speed * linear;
     rate.tail<3>() += speed * angular;
   }
-  // stamped later by the offset: at a given time the arm is where it was so much earlier
+  // an offset shifts readings to later times: at a given time the arm is at an earlier place
   columns.set(time_index(arm.role), -rate.head<3>(), -rate.tail<3>());
 }
 
@@ -177,7 +177,7 @@ PointJacobian point_jacobian(const Cell& calibrated, ArmRole role, const Joints&
 Matrix6d calibration_covariance(const Cell& calibrated, const Calibration& calibration,
                                 const ArmPair& joints, const ArmPair& rates) {
   CalibrationJacobian jacobian = calibration_jacobian(calibrated, joints, rates);
-  jacobian.col(lidar_time_index()).setZero();  // shifts the time of a scan, not the target
+  jacobian.col(lidar_time_index()).setZero();  // it shifts the time of a scan, not the target
   return jacobian * calibration.covariance * jacobian.transpose();
 }
 

@@ -9,23 +9,23 @@
 
 namespace berth::testbed {
 
-/// How well the calibrated cell explains one kind of measurement.
+/// Residual of one kind of measurement against the calibrated cell.
 struct CalibrationResidual {
   std::string kind;  ///< "scan position"
   std::int64_t count = 0;
   double rms = 0;  ///< m, rad or s
   double worst = 0;
-  std::string where;  ///< the worst was met
+  std::string where;  ///< of the worst
 };
 
-/// By how much a cell departs from its files, and how well that is known. Written by
-/// `berth calibrate`, or nominal: nothing known but the files' own sigmas.
+/// Departure of a cell from its files, with covariance. Written by `berth calibrate`, or nominal:
+/// zero, with the prior's covariance.
 struct Calibration {
-  std::string basis = "nominal";  ///< what it rests on: nominal, scans, tracker
+  std::string basis = "nominal";  ///< its measurements: nominal, scans, tracker
   std::string made;               ///< UTC, "2026-11-21T21:30:00Z"; nominal: empty
   std::string layout;
   std::string target;                ///< name
-  std::string target_hash;           ///< another one is on another mount
+  std::string target_hash;           ///< another target has another mount
   std::string geometry_hash;         ///< of the nominal layout and arm files
   std::vector<std::string> sources;  ///< the runs and tracker files that it was made from
   Eigen::VectorXd values = Eigen::VectorXd::Zero(calibration_size);
@@ -33,7 +33,7 @@ struct Calibration {
   std::vector<std::string> unobservable;  ///< "replica.zero.1 against base.rz", fixed by the prior
   std::vector<CalibrationResidual> residuals;
   double chi2_per_dof = 0;
-  std::string hash;  ///< SHA-256 of the file; of a nominal one: of what truth rests on
+  std::string hash;  ///< SHA-256 of the file; of a nominal one: of the inputs of truth
 
   double value(const std::string& name) const { return values[parameter_index(name)]; }
   double sigma(const std::string& name) const;
@@ -48,8 +48,8 @@ Cell apply_calibration(const Cell& nominal, const Eigen::VectorXd& values);
 using CalibrationJacobian = Eigen::Matrix<double, 6, calibration_size>;
 
 /// d T_sensor_model / d parameters, as perturbed() has it, at reported joints. The columns of time
-/// need the joints' rates (per second); that of the LIDAR is the way the target goes meanwhile.
-/// @param calibrated what apply_calibration gave
+/// need the joints' rates (per second); that of the LIDAR is the target's motion in that time.
+/// @param calibrated result of apply_calibration
 CalibrationJacobian calibration_jacobian(const Cell& calibrated, const ArmPair& joints,
                                          const ArmPair& rates = {});
 
@@ -58,7 +58,7 @@ using PointJacobian = Eigen::Matrix<double, 3, calibration_size>;
 PointJacobian point_jacobian(const Cell& calibrated, ArmRole role, const Joints& joints,
                              const Joints& rates, const Vector3d& place);
 
-/// Covariance of T_sensor_model that is the calibration's.
+/// Covariance of T_sensor_model due to the calibration.
 Matrix6d calibration_covariance(const Cell& calibrated, const Calibration& calibration,
                                 const ArmPair& joints, const ArmPair& rates = {});
 
@@ -72,7 +72,7 @@ void write_calibration(const Calibration& calibration, const std::filesystem::pa
 /// @throws InputError.
 Calibration read_calibration(const std::filesystem::path& file);
 
-/// The cell as it is best known, and by which calibration.
+/// A cell with its calibration applied.
 struct CalibratedCell {
   Cell cell;  ///< takes reported joints
   Calibration calibration;
@@ -81,15 +81,15 @@ struct CalibratedCell {
 /// Where a run's calibration is looked for: config/calibration/<layout>.yaml.
 std::filesystem::path calibration_file(const RunSetup& run);
 
-/// SHA-256 over the layout and arm files: a calibration is of these and no others.
+/// SHA-256 over the layout and arm files for which a calibration is valid.
 std::string geometry_hash(const RunSetup& run);
 
 /// Of a cell without a calibration file.
 Calibration nominal_calibration(const RunSetup& run, const Cell& nominal);
 
 /// The run's cell with its calibration, or the nominal one where there is no file. With another
-/// target than the calibration's, that target's mount is the nominal one again, and the basis says
-/// so. @throws InputError, also when the file is of another layout or other arm files.
+/// target than the calibration's the mount is the nominal one, which the basis states. @throws
+/// InputError, also when the file is of another layout or other arm files.
 CalibratedCell load_calibrated_cell(const RunSetup& run);
 
 }  // namespace berth::testbed

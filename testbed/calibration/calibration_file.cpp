@@ -69,7 +69,7 @@ std::string text_of(const Calibration& c) {
             ", sigma: " + quantity(std::sqrt(std::max(0.0, c.covariance(i, i))), p.dimension, 4) +
             "}\n";
   }
-  text += "\n# Fixed by what was known before, because no measurement told:\nunobservable:" +
+  text += "\n# Fixed by the prior, because no measurement determines them:\nunobservable:" +
           list_of(c.unobservable) + "\nresiduals:";
   text += c.residuals.empty() ? " []\n" : "\n";
   for (const CalibrationResidual& r : c.residuals) {

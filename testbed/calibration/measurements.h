@@ -29,13 +29,12 @@ class JointTrack {
   std::vector<Joints> joints_;
 };
 
-/// What is known of a run by which the cell is calibrated. Times in s from one beginning, as they
-/// were stamped.
+/// Measurements of a run for calibration. Stamped times, s from a common origin.
 struct CalibrationRun {
   JointTrack replica;
   JointTrack sensor;
 
-  /// Where the estimator saw the target.
+  /// Pose of the target as estimated from a scan.
   struct Scan {
     std::string where;  ///< "pose 7"
     double time = 0;
@@ -45,12 +44,12 @@ struct CalibrationRun {
   };
   std::vector<Scan> scans;
 
-  /// Where a tracker saw a reflector.
+  /// Position of a reflector as measured by a tracker.
   struct Reading {
     std::string where;
     double time = 0;
     ArmRole on = ArmRole::replica;
-    Vector3d place;    ///< of the reflector on the replica or the sensor
+    Vector3d place;    ///< of the reflector, in the model or the sensor frame
     Vector3d point;    ///< m, in the tracker's frame
     double sigma = 0;  ///< m per axis
     bool moving = false;
@@ -68,7 +67,7 @@ struct MeasurementResidual {
   std::optional<double> attitude;  ///< rad; a point has none
 };
 
-/// The kinds one after the other, in the order in which they are met, position and attitude apart.
+/// One residual for each kind, in order of appearance, position and attitude apart.
 std::vector<CalibrationResidual> summarised(const std::vector<MeasurementResidual>& residuals);
 
 /// T_tracker_cell by a least-squares alignment of the run's readings with the cell's reflectors

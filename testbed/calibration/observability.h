@@ -8,7 +8,7 @@
 
 namespace berth::testbed {
 
-/// One way in which the parameters can change together without any measurement noticing.
+/// A combined change of parameters without effect on any measurement.
 struct Unobservable {
   std::vector<std::string> parameters;  ///< those that change, the strongest first
   std::string text;                     ///< for a person

@@ -10,7 +10,7 @@
 
 namespace berth::testbed {
 
-/// What a parameter is about; each kind has one prior.
+/// Kind of a parameter; each has one prior.
 enum class ParameterKind {
   base_position,
   base_rotation,
@@ -31,8 +31,8 @@ struct CalibrationParameter {
   Dimension dimension = Dimension::length;
 };
 
-/// All of them, in the order of every vector and matrix of a calibration. The sensor arm's base is
-/// the cell's frame, so that none of it can be wrong.
+/// All of them, in the order of every vector and matrix of a calibration. The sensor arm's base
+/// defines the cell's frame and has no parameters.
 ///
 ///     base.x y z rx ry rz     of the replica arm's base, in its own frame
 ///     ARM.mount.x ... rz      of the target (replica) or the sensor (sensor) on the flange, in its
@@ -64,14 +64,14 @@ struct ParameterSigmas {
 
 /// config/calibration.yaml.
 struct CalibrationSettings {
-  ParameterSigmas nominal;  ///< what truth claims of a cell without a calibration
-  ParameterSigmas search;   ///< how wrong a cell may be that is to be calibrated
+  ParameterSigmas nominal;  ///< prior of truth in a cell without a calibration
+  ParameterSigmas search;   ///< prior of a cell to be calibrated
 };
 /// @throws InputError.
 CalibrationSettings load_calibration_settings(const std::filesystem::path& file);
 
-/// Diagonal covariance. A cell without real arms (gantries) has but its mounts' and base's
-/// position.
+/// Diagonal covariance. A cell without real arms (gantries) has the positions of its mounts and
+/// base only.
 Eigen::MatrixXd prior_covariance(const Cell& cell, const ParameterSigmas& sigmas);
 
 }  // namespace berth::testbed

@@ -40,7 +40,7 @@ class Selector {
     variance.head<3>().setConstant(options.position_sigma * options.position_sigma);
     variance.tail<3>().setConstant(options.rotation_sigma * options.rotation_sigma);
     noise_ = variance.asDiagonal();
-    // a rotation weighs what the target's size makes of it: as much as in what is measured
+    // rotation and position are weighted as in the measurements
     weight_ = variance.cwiseInverse().asDiagonal();
     here_ = {cell.replica.home, cell.sensor.home};
     const ArmPair home = here_;
@@ -114,7 +114,7 @@ class Selector {
     }
   }
 
-  /// By how much a measurement there lowers what is uncertain of truth all over the workspace.
+  /// Reduction of truth's uncertainty over the workspace by a measurement there.
   double gain(const ArmPair& joints) const {
     const CalibrationJacobian jacobian = calibration_jacobian(cell_, joints);
     const Eigen::Matrix<double, calibration_size, 6> spread = covariance_ * jacobian.transpose();
@@ -213,16 +213,16 @@ class Selector {
     return {turn * from.position, turn * from.rotation};
   }
 
-  /// From wherever the moving arm may go first.
+  /// Searches also over places to which the arm may move first.
   std::optional<FastStroke> find_stroke(FrozenArm frozen, double speed) {
     constexpr int tries = 600;
     RelativeLimits limits = options_.limits;
     limits.speed = 1.05 * speed;
-    // what it takes to get up to the speed and down again
+    // length of the ramps to full speed and back
     const double min_length =
         limits.speed * limits.speed / limits.acceleration + limits.speed * limits.rise_time;
     for (int i = 0; i < tries; ++i) {
-      // as long as can be: the clocks show while the speed is steady
+      // the longest possible: time offsets are observable at steady speed
       const double length = min_length * (1.6 - 0.5 * i / tries);
       const bool replica = frozen == FrozenArm::sensor;
       const auto joints = draw(here_, replica, !replica);
@@ -263,7 +263,7 @@ CalibrationView calibration_view(const Cell& cell, const LidarProfile& profile) 
     radius = std::max(radius, vertex.norm());
   }
   CalibrationView view;
-  // Some of it may be nearer or outside, not the most.
+  // Share of the target that must be within range and field of view.
   constexpr double share = 0.8;
   const double field = std::min(profile.field_of_view_width, profile.field_of_view_height);
   view.nearest = profile.beam.range_min_m + share * radius;

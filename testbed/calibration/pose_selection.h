@@ -9,13 +9,13 @@
 
 namespace berth::testbed {
 
-/// What the sensor must see to measure the target.
+/// Limits of the target's pose within which it can be measured.
 struct CalibrationView {
   double nearest = 0;  ///< m, of the model's origin
   double farthest = 0;
   double half_angle = 0;                           ///< rad, of the model's origin off the boresight
-  Quaterniond attitude = Quaterniond::Identity();  ///< in which it is known to be seen well: home's
-  double turn = 0;                                 ///< rad away from that
+  Quaterniond attitude = Quaterniond::Identity();  ///< at home
+  double turn = 0;                                 ///< rad, greatest rotation from that
 };
 /// All of the target within the profile's range and field of view.
 CalibrationView calibration_view(const Cell& cell, const LidarProfile& profile);
@@ -23,7 +23,7 @@ CalibrationView calibration_view(const Cell& cell, const LidarProfile& profile);
 struct SelectionOptions {
   int poses = 48;
   int candidates = 400;            ///< drawn for each pose
-  double position_sigma = 0.4e-3;  ///< m, of what is measured at a pose, each axis
+  double position_sigma = 0.4e-3;  ///< m, of a measurement at a pose, each axis
   double rotation_sigma = radians(0.01);
   RelativeLimits limits;  ///< of the motions between poses
   std::uint64_t seed = 1;
@@ -31,7 +31,7 @@ struct SelectionOptions {
 
 /// A pose to go to and to measure at.
 struct CalibrationPose {
-  Pose relative;  ///< T_sensor_model, as believed
+  Pose relative;  ///< T_sensor_model, by the calibration used
   FrozenArm frozen = FrozenArm::none;
   ArmPair joints;
 };
@@ -51,9 +51,10 @@ struct PoseSelection {
   double expected_rotation = 0;     ///< rad
 };
 
-/// Chooses poses one after the other: of many drawn at random in the sensor's view, where one arm
-/// or both have moved on, the one after which truth is known best all over the workspace, if the
-/// way there passes the check. Then strokes with each arm alone at the requested speed.
+/// Chooses poses one by one (greedy design of experiments): of candidates drawn at random in the
+/// sensor's view, reached by one arm or both, the one that reduces truth's uncertainty over the
+/// workspace most, if the way there passes the check. Then strokes with each arm alone at the
+/// requested speed.
 /// @param progress called before each pose with its number
 /// @throws InputError when fewer than ten poses can be reached, or no stroke.
 PoseSelection select_poses(const Cell& cell, const MotionPlanner& planner,

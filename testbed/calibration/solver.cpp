@@ -27,8 +27,7 @@ constexpr int max_iterations = 150;
 constexpr int rounds = 8;        // of raising sigmas
 constexpr int tracker_size = 7;  // a pose and a time
 
-/// Places in the vector that is solved for: parameters, then each run's tracker, then the scans'
-/// bias.
+/// Indices in the state vector: parameters, then each run's tracker, then the scans' bias.
 struct Layout {
   Index trackers = calibration_size;
   Index bias = -1;
@@ -105,8 +104,8 @@ class Solver {
   CalibrationSolution solve() {
     CalibrationSolution solution;
     solution.before = residuals(state_);
-    // A tracker's micrometres against a cell that is millimetres wrong: nearly everything would be
-    // far off at first, and the way to the solution long.
+    // A tracker's sigmas of micrometres, in a cell that is millimetres off, would make nearly all
+    // measurements outliers at first, and convergence slow.
     raise_sigmas(add_up(state_, true));
     for (int round = 0; round < rounds; ++round) {
       solution.iterations += converge();
@@ -197,7 +196,7 @@ class Solver {
     return sums;
   }
 
-  /// From what the prior expects.
+  /// Difference from the prior's mean.
   VectorXd departure(const State& state) const {
     VectorXd away = VectorXd::Zero(layout_.size);
     away.head<calibration_size>() = state.values;
@@ -223,8 +222,8 @@ class Solver {
 
   /// @return iterations
   int converge() {
-    // Of chi2. What is left then are steps along directions that only the prior knows: a tracker's
-    // micrometres make them a narrow curved valley, through which there is no fast way.
+    // Change of chi2 at convergence. Later steps are along directions that only the prior
+    // determines: with a tracker's small sigmas a narrow curved valley, in which descent is slow.
     constexpr double enough = 0.03;
     double damping = 1e-6;
     for (int i = 1; i <= max_iterations; ++i) {
@@ -256,7 +255,7 @@ class Solver {
     return (sums.information + prior_).ldlt().solve(MatrixXd::Identity(layout_.size, layout_.size));
   }
 
-  /// Numbers that are left of a kind after what the parameters took.
+  /// Degrees of freedom of a kind, less those of the parameters.
   static double freedom(const Sums& sums, const MatrixXd& covariance, int kind) {
     const auto k = static_cast<std::size_t>(kind);
     return std::max(1.0, sums.count[k] - (covariance * sums.of_kind[k]).trace());
@@ -274,7 +273,7 @@ class Solver {
     return left > 0 ? chi2 / left : 0;
   }
 
-  /// By the median, which a few that went astray do not move.
+  /// By the median, which is robust against outliers.
   /// @return whether any changed by much
   bool raise_sigmas(const Sums& sums) {
     const MatrixXd sigma = covariance(sums);
@@ -301,7 +300,7 @@ class Solver {
     solution.with_tracker = with_tracker_;
     solution.information = sums.information.topLeftCorner(calibration_size, calibration_size);
     if (layout_.size > calibration_size) {
-      // what is left when the tracker's place and the scans' bias are not known
+      // marginal information without the tracker's place and the scans' bias
       const Index rest = layout_.size - calibration_size;
       const MatrixXd cross = sums.information.topRightCorner(calibration_size, rest);
       const MatrixXd own = (sums.information + prior_).bottomRightCorner(rest, rest);

@@ -83,7 +83,7 @@ class Parser {
       if (std::find(cells.begin(), cells.end(), turned) == cells.end()) continue;
       throw error(std::string("found a column '") + turned +
                   "', expected points: the attitude of a probe is not used, at least three "
-                  "reflectors on each of sensor and replica tell it; leave out w, p and r");
+                  "reflectors on each of sensor and replica determine it; leave out w, p and r");
     }
     width_ = cells.size();
   }

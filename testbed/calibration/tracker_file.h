@@ -17,8 +17,9 @@ struct TrackerLine {
 };
 
 /// Reads a tracker's CSV: a header that names the columns, among them time (s since the epoch, as
-/// the host counts it), point (the reflector's name), x, y, z (mm); others are passed over, but not
-/// w, p, r, which a reader would take to count. Lines that are empty or begin with # are none.
+/// the host counts it), point (the reflector's name), x, y, z (mm); others are ignored, except w, p
+/// and r, which are an error because they would have no effect. Empty lines and lines that begin
+/// with # are skipped.
 /// @throws InputError naming file and line.
 std::vector<TrackerLine> parse_tracker_file(std::string_view text, const std::string& name,
                                             const TrackerSetup& setup);

@@ -33,7 +33,7 @@ class ApproachAxis {
   /// along: m from the aim point; speed, acceleration: its rates.
   Reference reference(const Pose& model, const Velocity& moving, double along, double speed,
                       double acceleration) const;
-  /// For a pose that is kept against the target. @return its distance from the aim point, m
+  /// Sets up keeping this pose relative to the target. @return its distance from the aim point, m
   double keep(const Pose& sensor, const Pose& model);
 
   struct Place {

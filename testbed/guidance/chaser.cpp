@@ -84,8 +84,8 @@ void Chaser::coast(double dt, const Vector3d& thrust, const Vector3d& angular_ac
   push(dt, thrust_, turning_);
 }
 
-/// What the thrusters give of it: each axis accumulates the requested impulse until that is its
-/// least impulse, then burns all of it.
+/// Acceleration that the thrusters deliver: each axis accumulates the requested impulse up to its
+/// minimum impulse, then fires all of it.
 Vector3d Chaser::fired(double dt, const Vector3d& requested) {
   pending_impulse_ += dt * requested;
   Vector3d given;

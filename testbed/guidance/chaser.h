@@ -23,10 +23,10 @@ class Chaser {
   /// start: T_N_sensor, at rest against the target.
   Chaser(const GuidanceProfile& profile, const RelativeLimits& limits, const Pose& start);
 
-  /// Flies on for dt seconds. acceleration: what it should have in all, frame N, m/s^2; what
-  /// thrusters cannot give is cut off axis by axis. angular_acceleration: rad/s^2, frame N.
+  /// Flies on for dt seconds. acceleration: total set-point, frame N, m/s^2; clipped to the
+  /// thrusters' limit, axis by axis. angular_acceleration: rad/s^2, frame N.
   void step(double dt, const Vector3d& acceleration, const Vector3d& angular_acceleration);
-  /// The same, with thrusters that give this and nothing else.
+  /// The same with a given thrust, without control.
   void coast(double dt, const Vector3d& thrust_acceleration, const Vector3d& angular_acceleration);
 
   const Pose& pose() const { return pose_; }              ///< T_N_sensor

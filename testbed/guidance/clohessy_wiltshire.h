@@ -15,8 +15,8 @@ struct HillState {
 /// rad/s on a circular orbit around the Earth, altitude in m above its mean equatorial radius.
 double mean_motion(double altitude);
 
-/// What acts on a chaser without thrust, m/s^2: x'' = 3 n^2 x + 2 n y', y'' = -2 n x', z'' = -n^2 z
-/// (Clohessy and Wiltshire 1960).
+/// Acceleration of a chaser without thrust, m/s^2 (Clohessy and Wiltshire 1960):
+/// x'' = 3 n^2 x + 2 n y', y'' = -2 n x', z'' = -n^2 z.
 Vector3d relative_gravity(const HillState& state, double mean_motion);
 
 /// The state dt seconds later under a constant acceleration by thrusters (m/s^2); exact.
@@ -24,9 +24,9 @@ HillState propagated(const HillState& state, const Vector3d& acceleration, doubl
                      double dt);
 
 /// The least burn after which a chaser drifts away under Clohessy-Wiltshire and, left alone, never
-/// comes nearer to the target's origin than where the burn ends. Looked for among
-/// velocities away from the target (26 directions, a few speeds), each flown in full: burnt with
-/// the thrust there is, then free for two orbits.
+/// comes nearer to the target's origin than where the burn ends. Searched among velocities away
+/// from the target (26 directions, a few speeds), each flown in full: burnt with the thrust there
+/// is, then free for two orbits.
 /// @param state of the chaser, Hill frame, orbit's units
 /// @param min_speed m/s away from the target at the burn's end
 /// @param max_acceleration m/s^2 along each axis

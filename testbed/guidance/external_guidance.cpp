@@ -9,9 +9,9 @@
 namespace berth::testbed {
 namespace {
 
-/// 1/s: how fast a difference in velocity is worked off.
+/// 1/s: gain of the velocity control.
 constexpr double response = 4;
-/// s over which the arms glide to the arrangement that the flight is shared out by.
+/// s over which the arms move to the flight's redundancy resolution.
 constexpr double glide = 30;
 
 }  // namespace

@@ -13,7 +13,7 @@ struct ExternalSetpoint {
 };
 
 /// Flies by the set-points of an external GNC, within the command's speeds and the testbed's
-/// accelerations. Without a set-point that is still good the chaser is brought to rest.
+/// accelerations. Without a valid set-point the chaser is brought to rest.
 class ExternalFlight final : public Steering {
  public:
   /// commander: the only one whose set-points are obeyed.

@@ -15,7 +15,7 @@ constexpr double along_share = 0.4;
 /// Near enough to a stop, m, and slow enough there, m/s.
 constexpr double at_stop = 0.02;
 constexpr double slow = 0.003;
-/// us of commands by which the chaser's own velocity is reckoned.
+/// us of commands over which the chaser's own velocity is averaged.
 constexpr std::int64_t chaser_velocity_over = 100000;
 
 /// Acceleration that takes an offset away within about `response`, with braking in time.
@@ -116,7 +116,7 @@ std::string Flight::refusal() const {
   return "";
 }
 
-/// The estimate in frame N, at the time of flight of what was being carried out at the scan.
+/// The estimate in frame N, referred to the command that was executed at the time of the scan.
 /// @param last its attitude and velocity are kept where the estimate has none
 Flight::TargetState Flight::target_state(const Estimate& estimate, const TargetState* last) const {
   const std::int64_t until = estimate.commanded();
@@ -126,7 +126,7 @@ Flight::TargetState Flight::target_state(const Estimate& estimate, const TargetS
                            last ? last->velocity : Velocity{}};
   const double flown = command.time - before.time;
   const double slowed = flown / (1e-6 * static_cast<double>(chaser_velocity_over));
-  // While the flight is held, a second of it is long: the velocity stays what it was.
+  // While the flight is held, its time runs slowly: the velocity is kept.
   if (estimate.velocity && slowed > 0.5) {
     const Velocity chaser = velocity_between(before.pose, command.pose, flown);
     const Quaterniond& turned = command.pose.rotation;
@@ -240,7 +240,7 @@ double Flight::reference_closing(double to_go) const {
   return std::copysign(speed, to_go);
 }
 
-/// On along the axis, as far as the next stop and the conditions allow.
+/// Advances along the axis, as far as the next stop and the conditions allow.
 void Flight::proceed(double dt) {
   const GuidanceProfile::GoOn& go_on = profile_.go_on;
   phase_ = place_.range < profile_.final.range ? Phase::final : Phase::approaching;
@@ -288,7 +288,7 @@ void Flight::wait_at_hold_point(double dt) {
   }
 }
 
-/// At the end, until an estimate made there agrees.
+/// Waits at the end for an estimate made there that agrees.
 void Flight::settle() {
   if (order_.dock) phase_ = Phase::contact;
   if (!arrived_) arrived_ = time_;
@@ -331,7 +331,7 @@ void Flight::start_retreat(const std::string& reason) {
               : chaser_.safe_burn(profile_.abort.retreat_speed);
 }
 
-/// Burns, and drifts: by what was known when it began. Nothing that the target does is followed.
+/// Burns, then drifts, by the state at its begin; later estimates are not used.
 void Flight::retreat(double dt) {
   retreat_time_ += dt;
   place_ = axis_.place(chaser_.pose(), retreat_model_);

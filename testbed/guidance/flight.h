@@ -39,7 +39,7 @@ class Flight final : public Steering {
   Output step(std::int64_t now, double dt) override;
   GuidanceReport report() const override { return report_; }
   double remaining() const override { return std::max(0.0, expected_ - time_); }
-  /// s that it will take, as forecast.
+  /// Sets the forecast duration, s.
   void expect(double duration) { expected_ = duration; }
   bool keeps() const { return order_.keep; }
   /// T_sensor_model, had the target not moved by itself.

@@ -19,7 +19,8 @@ inline Pose target_at(const TargetMotion& motion, double t) {
   return motion ? motion->at(t).pose : Pose{};
 }
 
-/// What a path for a target at rest becomes when the target moves: what the arms have to deliver.
+/// The relative path of the arms: a path relative to a target at rest, combined with the target's
+/// own motion.
 class MovingTargetPath final : public RelativePath {
  public:
   MovingTargetPath(std::shared_ptr<const RelativePath> path, TargetMotion motion)
@@ -36,9 +37,8 @@ class MovingTargetPath final : public RelativePath {
   TargetMotion motion_;
 };
 
-/// The flight as it goes with an estimator that is right and on time: what the arms will have to
-/// deliver (T_sensor_model over time), or why it would not reach its end. A pose is kept for as
-/// long as the target moves.
+/// The flight with exact and timely estimates: the path of the arms (T_sensor_model over time), or
+/// why the flight would not reach its end. A pose is kept for as long as the target moves.
 std::variant<std::shared_ptr<const RelativePath>, std::string> forecast(const Flight& flight,
                                                                         const TargetMotion& motion,
                                                                         std::int64_t now,

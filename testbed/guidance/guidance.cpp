@@ -124,7 +124,7 @@ std::optional<std::string> Guidance::keep(std::int64_t now, const Pose& commande
            fixed(degrees(away.tail<3>().norm()), 1) +
            " deg away from the pose to keep; move there first";
   }
-  // the difference is worked off as a correction is
+  // the difference is removed as a correction is
   reference_start_ = reference;
   offset_ = commanded.inverse() * reference;
   travel_ = SmoothTravel(0, limits.speed, limits.acceleration, limits.acceleration);
@@ -148,7 +148,7 @@ void Guidance::on_estimate(const Estimate& estimate) {
   if (active_ && estimate.usable) correct(estimate);
 }
 
-/// The estimate in the model frame of what was commanded.
+/// The estimate in the model frame of the commanded pose.
 Pose Guidance::seen_from(const Pose& commanded, const Estimate& estimate) const {
   Pose offset = commanded.inverse() * estimate.pose;
   if (!estimate.attitude_known) offset.rotation = seen_.rotation;

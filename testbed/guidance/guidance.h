@@ -16,8 +16,8 @@
 
 namespace berth::testbed {
 
-/// Where an approach is to end other than by the nearest surface: a point of the target, model
-/// frame, at a place in the sensor frame.
+/// End of an approach to a docking interface, in place of the nearest surface: a point of the
+/// target, model frame, at a place in the sensor frame.
 struct Docking {
   DockingPort port;
   Vector3d place = Vector3d::Zero();
@@ -27,8 +27,8 @@ struct Docking {
 /// poses: either along the boresight until the nearest surface of the target is at the standoff,
 /// with the attitude and the lateral offset of the start; or straight to the pose at which the
 /// docking interface is at its place, with the attitude of the start. An estimate is propagated to
-/// the present by the commands since a dead time before its stamp; the correction that it asks for
-/// is applied to the command at a limited rate. Arms, joints and ground truth are unknown here.
+/// the present by the commands since a dead time before its stamp; the resulting correction is
+/// applied to the command at a limited rate. Arms, joints and ground truth are unknown here.
 class Guidance {
  public:
   struct Settings {
@@ -39,12 +39,12 @@ class Guidance {
     int good_estimates = 2;                    ///< in a row, to go on after a hold
     double correction_speed = 0.01;            ///< m/s
     double correction_angular_speed = 0.017;   ///< rad/s
-    double largest_correction = 0.25;          ///< m, or, far away,
+    double largest_correction = 0.25;          ///< m, or, at long range,
     double largest_correction_share = 0.01;    ///< of the range; and
-    double largest_angular_correction = 0.26;  ///< rad; beyond, the estimate is not believed
+    double largest_angular_correction = 0.26;  ///< rad; beyond, the estimate is rejected
     double hold_settling = 0.8;                ///< s to come to rest
 
-    /// m that an estimate may ask for and be believed.
+    /// m, the largest correction for which an estimate is accepted.
     double correction_limit(const Pose& estimate) const {
       return std::max(largest_correction, largest_correction_share * estimate.position.norm());
     }
@@ -63,7 +63,7 @@ class Guidance {
 
   void on_estimate(const Estimate& estimate);
   const std::optional<Estimate>& estimate() const { return estimate_; }
-  /// What was commanded lately.
+  /// Recent commands.
   const PoseHistory& history() const { return history_; }
   /// The target has moved by itself, to this pose in its frame before; at rest again.
   void note_target_moved(const Pose& moved);
@@ -78,8 +78,8 @@ class Guidance {
   /// Begins to keep a pose by the estimate. @return why it cannot, or nothing.
   std::optional<std::string> keep(std::int64_t now, const Pose& commanded, const Pose& reference,
                                   const RelativeLimits& limits);
-  /// Goes on as a copy of this that has begun a motion; estimates and commanded poses stay as they
-  /// have come to this meanwhile.
+  /// Continues as a copy of this that has begun a motion; estimates and commanded poses received
+  /// here meanwhile are kept.
   void continue_as(Guidance begun);
   /// Where the motion will end if the estimate does not change; for the check before it starts.
   Pose predicted_end() const { return uncorrected(reference(travel_.length())); }
@@ -87,16 +87,16 @@ class Guidance {
   double initial_distance() const { return offset_.position.norm(); }
   double initial_angle() const { return angle_between(offset_, Pose()); }
 
-  /// A hold from outside: at rest on the path as long as it lasts. After it, a lost estimate has
-  /// all its time again to come back.
+  /// A hold from outside: at rest on the path as long as it lasts. After it, the time-out of a lost
+  /// estimate begins anew.
   void set_held(bool held);
-  /// Steers no more; estimates and commanded poses are still noted.
+  /// Ends steering; estimates and commanded poses are still recorded.
   void stop();
   double progress() const;
   double remaining() const;  ///< s, as planned
   bool at_rest() const { return scale_.at_rest(); }
   void set_override(double rate) { override_ = rate; }
-  /// Keeps the history of what was commanded, while something else commands.
+  /// Records the commands of another source.
   void note_commanded(std::int64_t now, const Pose& commanded) { history_.add(now, commanded); }
   Output step(std::int64_t now, double dt);
 
@@ -128,9 +128,9 @@ class Guidance {
   std::optional<Docking> docking_;
   double standoff_ = 0;
   double time_ = 0;  // along the travel
-  // What is estimated of the target, in the model frame of what was commanded.
+  // Estimates of the target, in the model frame of the commanded pose.
   Pose offset_;
-  Pose seen_;                       // by the last estimate: where that is slewed to
+  Pose seen_;                       // by the last estimate; offset_ slews to it
   std::int64_t holding_since_ = 0;  // 0: not holding
   std::int64_t arrived_ = 0;        // 0: not yet
   std::string reason_;              // of holding

@@ -19,7 +19,7 @@ double newtons(Config& config, const std::string& key) {
       if (value > 0) return value;
     }
   } catch (const InputError&) {
-    // told below, with the unit that is meant
+    // reported below, with the expected unit
   }
   throw config.error(key, "found '" + text + "', expected a force above 0 such as '20 N'");
 }

@@ -36,9 +36,9 @@ struct GuidanceProfile {
   };
   struct HoldPoint {
     double range = 0;
-    double dwell = 0;  ///< s in a row within the conditions of going on
+    double dwell = 0;  ///< s without a break within the conditions of proceeding
   };
-  /// What has to be so for motion along the corridor.
+  /// Conditions of motion along the corridor.
   struct GoOn {
     double offset = 0.05;  ///< m from the axis
     double angle = 0.05;   ///< rad from the reference attitude
@@ -54,7 +54,7 @@ struct GuidanceProfile {
     double retreat_speed = 0.05;  ///< m/s, least, away from the target
     double retreat_time = 60;     ///< s after which a retreat ends
   };
-  /// How fast the chaser answers.
+  /// Response of the chaser's control.
   struct Tracking {
     double response = 2.5;  ///< s to 1/e of an offset
     double speed = 0.3;     ///< m/s, greatest against the reference motion

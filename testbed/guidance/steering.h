@@ -15,12 +15,12 @@ struct Estimate {
   Pose pose;                   ///< T_sensor_model
   bool usable = false;         ///< status OK
   std::string status;          ///< why not, for the operator
-  bool attitude_known = true;  ///< well enough to be steered by
+  bool attitude_known = true;  ///< well enough for steering
   /// Of the model, sensor frame; none where its covariance is unknown.
   std::optional<Velocity> velocity = std::nullopt;
-  std::int64_t dead_time = 0;  ///< us from a command to its motion, as far as is known
+  std::int64_t dead_time = 0;  ///< us from a command to its motion, nominal or measured
 
-  /// When what was being carried out at utime had been commanded.
+  /// Time of the command that was executed at utime.
   std::int64_t commanded() const { return utime - dead_time; }
 };
 

@@ -14,13 +14,13 @@ enum class FrozenArm { none, replica, sensor };
 
 /// How the redundancy of both arms is resolved: twelve joints serve the six degrees of freedom of a
 /// relative motion. The sensor arm takes a share of the travel along and across the home line of
-/// sight, the replica arm the rest. Free besides are a displacement of both arms in the cell and a
+/// sight, the replica arm the rest. Also free are a displacement of both arms in the cell and a
 /// rotation of the line of sight.
 struct RedundancyResolution {
   double travel = 0.5;                ///< of the change of range, by the sensor arm
   double lateral = 0;                 ///< of the sideways change, by the sensor arm
   Vector3d shift = Vector3d::Zero();  ///< m, of both arms together, cell frame: at the end
-  Vector3d bulge = Vector3d::Zero();  ///< m, the same half way, besides
+  Vector3d bulge = Vector3d::Zero();  ///< m, additional, half way
   Vector3d turn = Vector3d::Zero();   ///< rad, of both about the middle between them: at the end
 };
 
@@ -33,7 +33,8 @@ class ArmAllocation {
                 const ArmPair& start);
 
   /// progress: 0 at the start of the motion, 1 at its end. near: the joints just before; the branch
-  /// nearest to them is taken. Nothing when one arm cannot; reason then names arm and cause.
+  /// nearest to them is taken. Nothing when the pose is infeasible; reason then names arm and
+  /// cause.
   std::optional<ArmPair> joints(const Pose& relative, double progress, const ArmPair& near,
                                 std::string* reason) const;
 

@@ -40,7 +40,7 @@ inline double max_change(const ArmPair& a, const ArmPair& b) {
   return largest;
 }
 
-/// As an operator reads it: "the replica arm".
+/// For messages: "the replica arm".
 inline std::string arm_name(ArmRole role) { return std::string("the ") + name_of(role) + " arm"; }
 
 /// Joints at which both arms would come to rest if they were stopped now: they go on at the speed

@@ -311,7 +311,7 @@ double Clearance::approach_bound(const ArmPair& a, const ArmPair& b) const {
   for (const ArmRole role : both_arms) {
     const ArmKinematics& arm = *impl_->cell->arm(role).kinematics;
     const auto& reach = impl_->reach[role == ArmRole::replica ? 0 : 1];
-    // what turns a link against the one before: on a parallelogram not the pendant's J3
+    // motor joints: on a parallelogram the pendant's J3 is not the angle between the links
     const Joints from = arm.motor_joints(a.of(role));
     const Joints to = arm.motor_joints(b.of(role));
     for (std::size_t i = 0; i < 6; ++i) {

@@ -37,7 +37,7 @@ class Clearance {
   Clearance(const Clearance&) = delete;
   Clearance& operator=(const Clearance&) = delete;
 
-  /// The pair with the least slack. Pairs with more slack than `enough` are not looked at closely:
+  /// The pair with the least slack. Pairs with more slack than `enough` are not examined closely:
   /// the slack returned is then at least `enough`, with empty names.
   Result worst(const ArmPair& joints, double enough);
   /// The nearest two bodies of different parties; names are empty where none is nearer than

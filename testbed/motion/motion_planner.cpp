@@ -7,25 +7,26 @@
 namespace berth::testbed {
 namespace {
 
-/// Places of a path at which a resolution is judged, and steps between them that keep the branch.
+/// Number of places of a path at which a resolution is evaluated, and of steps between them that
+/// keep the branch.
 constexpr int places = 12;
 constexpr int steps_between = 3;
 constexpr int clearance_every = 3;  // places
 /// A joint that turns farther in one step has changed its branch, rad.
 constexpr double leap = 0.8;
 
-// What counts as plenty.
+// Margins at which a criterion counts as fully met.
 constexpr double plenty_of_joint = 0.35;           // rad to a limit
 constexpr double plenty_of_manipulability = 0.13;  // above its limit
-constexpr double plenty_of_speed = 3;              // times what the path asks for
-constexpr double plenty_of_room = 0.15;            // m besides the limit of clearance
-/// Of a margin that is none: the search still feels its way back.
+constexpr double plenty_of_speed = 3;              // times the speed of the path
+constexpr double plenty_of_room = 0.15;            // m beyond the limit of clearance
+/// Value of a violated margin: above 0, so that the search can still compare resolutions.
 constexpr double hardly_any = 0.02;
 
 constexpr int max_evaluations = 150;
 constexpr std::size_t seeds_refined = 2;
 
-/// What a search changes: eleven numbers, each in steps of its own.
+/// Number of parameters of a search, each with its own step.
 constexpr std::size_t dimensions = 11;
 using Point = std::array<double, dimensions>;
 constexpr Point first_steps = {0.25, 0.25, 0.2, 0.2, 0.2, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1};
@@ -40,7 +41,8 @@ RedundancyResolution resolution_of(const Point& p) {
   return {p[0], p[1], {p[2], p[3], p[4]}, {p[5], p[6], p[7]}, {p[8], p[9], p[10]}};
 }
 
-/// Starting points of the search besides the nominal resolution: both arms aside, up, down, along.
+/// Starting points of the search in addition to the nominal resolution: both arms aside, up, down,
+/// along.
 std::vector<RedundancyResolution> seeds(const RedundancyResolution& nominal) {
   std::vector<RedundancyResolution> list;
   for (const double side : {0.0, 0.3, -0.4, -0.8}) {
@@ -56,7 +58,7 @@ std::vector<RedundancyResolution> seeds(const RedundancyResolution& nominal) {
   return list;
 }
 
-/// Resolutions that are checked closely besides the nominal one.
+/// Maximum number of resolutions checked in full in addition to the nominal one.
 constexpr std::size_t max_checks = 5;
 
 }  // namespace
@@ -170,7 +172,7 @@ MotionPlanner::Result MotionPlanner::plan(std::shared_ptr<const RelativePath> pa
   };
   RedundancyResolution nominal;
   nominal.travel = cell_.sensor_share;
-  // a frozen arm leaves no choice, and neither does standing still
+  // a frozen arm leaves no redundancy, and neither does a motion without duration
   const bool choice = frozen == FrozenArm::none && path->duration() > 0;
   if (!choice || search_.quality(*path, start, nominal) >= RedundancySearch::comfortable) {
     if (auto plan = attempt(nominal)) return *std::move(plan);

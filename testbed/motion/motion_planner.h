@@ -20,8 +20,8 @@ class RedundancySearch {
   /// A resolution of this quality is taken without a search.
   static constexpr double comfortable = 0.8;
 
-  /// 1: plenty of everything all along; 0: at a limit somewhere; below: an arm cannot, the sooner
-  /// the lower. The margins of each place, the worst of both arms, in the mean of their inverse
+  /// 1: ample margins everywhere; 0: at a limit somewhere; below: infeasible, the lower the earlier
+  /// on the path. The margins of each place, the worst of both arms, in the mean of their inverse
   /// fourth powers: the worst places count for most.
   double quality(const RelativePath& path, const ArmPair& start,
                  const RedundancyResolution& resolution) const;

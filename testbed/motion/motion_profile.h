@@ -39,7 +39,7 @@ class TimeScale {
   double target() const { return target_; }
   double rate() const { return rate_; }
   bool at_rest() const { return rate_ == 0; }
-  /// Stops at once: the arms were stopped by others.
+  /// Stops at once: the arms were stopped by their controllers.
   void stop();
   /// Time that passes along the motion in dt seconds.
   double advance(double dt);

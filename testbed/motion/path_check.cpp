@@ -26,7 +26,8 @@ std::string joint_name(std::size_t joint) {
 }
 
 /// The rate of time at which the acceleration of a hold is just at its limit. While a hold brings
-/// time to rest, joints decelerate by speed * (slope of time) besides what the path itself asks.
+/// time to rest, joints decelerate by speed * (slope of time) in addition to the path's own
+/// acceleration.
 double holdable_rate(double speed, double acceleration, double limit, double frequency) {
   double least = std::sqrt(limit / std::max(acceleration, 1e-12));
   for (const double x : {0.25, 0.5, 0.75, 1.0}) {  // frequency * time since the hold
@@ -212,7 +213,7 @@ std::optional<Refusal> PathCheck::check(const ArmMotion& motion, const ArmPair& 
   if (auto refusal = sample(motion, start, path)) return refusal;
   if (auto refusal = check_singularities(path)) return refusal;
   if (auto refusal = check_clearance(path)) return refusal;
-  // Rates last: they depend on how fast it is done.
+  // Rates last: only they depend on the motion's speed.
   if (const auto excess = excess_of(cell_, path, limits_.rates)) {
     return Refusal{place(excess->time, excess->joints) + excess->text, excess->time,
                    0.99 * excess->passing_rate};
@@ -226,7 +227,7 @@ std::optional<Refusal> PathCheck::sample(const ArmMotion& motion, const ArmPair&
   const double count =
       std::clamp(std::ceil(duration / limits_.sample_time), min_samples, max_samples);
   path.reserve(static_cast<std::size_t>(count) + 2);
-  path.push_back({0, start});  // dropped below: the motion says where it begins
+  path.push_back({0, start});  // dropped below: the motion defines its own first sample
   if (auto refusal = sample_to(motion, 0, 0, path)) return refusal;
   path.erase(path.begin());
   for (int k = 1; duration > 0 && k <= static_cast<int>(count); ++k) {
@@ -265,7 +266,7 @@ std::optional<Refusal> PathCheck::sample_to(const ArmMotion& motion, double t, i
   return std::nullopt;
 }
 
-/// Looked at again only when a joint may have turned into a singularity since.
+/// Evaluated again only when a joint may have reached a singularity since.
 std::optional<Refusal> PathCheck::check_singularities(const Path& path) const {
   double spare = 0;
   double turned = 0;
@@ -299,8 +300,8 @@ std::optional<Refusal> PathCheck::check_clearance_at(const PathSample& sample,
   return std::nullopt;
 }
 
-/// Continuous: bodies are looked at again before they can have come closer by what there was to
-/// spare, between samples too.
+/// Continuous collision check: clearance is evaluated again before bodies can have approached by
+/// the last slack, also between samples.
 std::optional<Refusal> PathCheck::check_clearance(const Path& path) const {
   double spare = 0;
   if (auto refusal = check_clearance_at(path.front(), spare)) return refusal;

@@ -29,14 +29,14 @@ struct RateLimits {
 struct RateExcess {
   double time = 0;
   ArmPair joints;
-  std::string text;         ///< arm, joint, what it would need and its limit
+  std::string text;         ///< arm, joint, required rate and limit
   double passing_rate = 1;  ///< of the speed planned, at which it would be within its limit
 };
 
 /// Compares speed, acceleration and jerk of every joint, and of the motor of J3, with its limits,
-/// and the acceleration that a hold needs: whatever is started must be able to stop on its path.
-/// samples: close enough for differences, their times increasing. @return the worst, if any is
-/// beyond its limit.
+/// and the acceleration that a hold needs: every motion must be able to stop on its path. samples:
+/// close enough for differences, their times increasing. @return the worst, if any is beyond its
+/// limit.
 std::optional<RateExcess> excess_of(const Cell& cell, const std::vector<PathSample>& samples,
                                     const RateLimits& limits);
 
@@ -46,17 +46,17 @@ class ArmMotion {
   virtual ~ArmMotion() = default;
   /// s.
   virtual double duration() const = 0;
-  /// Joints t seconds after the start; near: the joints just before. Nothing when an arm cannot.
+  /// Joints t seconds after the start; near: the joints just before. Nothing when it is infeasible.
   virtual std::optional<ArmPair> at(double t, const ArmPair& near, std::string* reason) const = 0;
 };
 
 struct PathLimits {
   RateLimits rates;
   double manipulability = 0.02;    ///< least; 0 at a singularity
-  double largest_step = 0.2;       ///< rad that no joint leaps: more is a change of branch
+  double largest_step = 0.2;       ///< rad between samples; more is a change of branch
   double sample_time = 0.1;        ///< s
-  double clearance_step = 0.03;    ///< m, of slack that one look at an instant asks for
-  double clearance_blind = 0.005;  ///< m that bodies may approach each other unseen between looks
+  double clearance_step = 0.03;    ///< m, slack requested of one evaluation
+  double clearance_blind = 0.005;  ///< m that bodies may approach each other between evaluations
 };
 
 /// Why a motion must not start.
@@ -68,8 +68,8 @@ struct Refusal {
 
 /// Checks a whole motion before it starts: joint limits including the coupled joint, singularities,
 /// changes of branch, clearance between all bodies and keep-outs, and speed, acceleration and jerk
-/// of the motors, also of a hold at any time. Nothing starts that cannot finish, or that cannot
-/// stop on its path.
+/// of the motors, also of a hold at any time. A motion that cannot finish, or cannot stop on its
+/// path, does not start.
 class PathCheck {
  public:
   PathCheck(const Cell& cell, const PathLimits& limits, Clearance& clearance)
@@ -77,7 +77,7 @@ class PathCheck {
 
   /// Nothing when the motion is good.
   std::optional<Refusal> check(const ArmMotion& motion, const ArmPair& start) const;
-  /// The same for one instant, without speed: for steering that is not known beforehand.
+  /// The same for one instant, without speed: for steering, whose path is unknown beforehand.
   std::optional<std::string> check(const ArmPair& joints) const;
 
   const PathLimits& limits() const { return limits_; }
@@ -90,7 +90,7 @@ class PathCheck {
                                    Path& path) const;
   std::optional<Refusal> check_singularities(const Path& path) const;
   std::optional<Refusal> check_clearance(const Path& path) const;
-  /// Between two samples, of which the first one has so much to spare, m.
+  /// Checks between two samples; slack: of the first one, m.
   std::optional<Refusal> check_between(const PathSample& a, const PathSample& b,
                                        double& spare) const;
   std::optional<Refusal> check_clearance_at(const PathSample& sample, double& spare) const;

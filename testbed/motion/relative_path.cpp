@@ -10,7 +10,7 @@ namespace {
 SmoothTravel travel_of(const Vector6d& change, const RelativeLimits& limits) {
   const double distance = change.head<3>().norm();
   const double angle = change.tail<3>().norm();
-  // Less than the arithmetic of the kinematics is good for is no way at all.
+  // Below the accuracy of the kinematics: counts as no motion.
   constexpr double nothing = 1e-9;  // m, rad
   if (distance < nothing && angle < nothing) return {};
   const double length = std::max(distance / limits.speed, angle / limits.angular_speed);
@@ -34,7 +34,7 @@ Vector3d rotation_vector_rate(const Vector3d& phi, const Vector3d& angular_veloc
   return angular_velocity - 0.5 * cross + factor * phi.cross(cross);
 }
 
-/// What one end of an interval knows of a coordinate.
+/// Value and derivatives of a coordinate at one end of an interval.
 struct End {
   Vector3d position;
   Vector3d rate;

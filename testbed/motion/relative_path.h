@@ -45,7 +45,7 @@ class StraightPath final : public RelativePath {
 };
 
 /// Through poses at given times, with continuous velocity and acceleration (quintic between
-/// neighbours); at rest in the first and the last, unless Ends says otherwise.
+/// neighbours); at rest in the first and the last by default (see Ends).
 class WaypointPath final : public RelativePath {
  public:
   struct Waypoint {
@@ -53,8 +53,8 @@ class WaypointPath final : public RelativePath {
     Pose pose;
   };
   enum class Ends { at_rest, under_way };
-  /// waypoints: at least two. Under way it begins and ends with the speed of its first and last
-  /// interval, for others to bring to rest.
+  /// waypoints: at least two. With Ends::under_way it begins and ends with the speed of its first
+  /// and last interval; the caller adds ramps.
   explicit WaypointPath(std::vector<Waypoint> waypoints, Ends ends = Ends::at_rest);
   double duration() const override { return waypoints_.back().time; }
   Point at(double t) const override;

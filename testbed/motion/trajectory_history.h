@@ -10,12 +10,12 @@
 
 namespace berth::testbed {
 
-/// Along joints that the arms went through before, on a cubic spline whose velocity and
+/// Motion along joints that the arms have passed before, on a cubic spline whose velocity and
 /// acceleration are continuous: the way back is as free of collisions as the way there.
 class RecordedMotion final : public ArmMotion {
  public:
-  /// points: where to go through, beginning where the arms are; lengths: of relative travel between
-  /// them (one less), in the unit that `travel` counts.
+  /// points: beginning at the arms' present joints; lengths: of relative travel between them (one
+  /// less), in the unit that `travel` counts.
   RecordedMotion(std::vector<ArmPair> points, const std::vector<double>& lengths, double speed,
                  double acceleration, double jerk);
 
@@ -36,10 +36,10 @@ class TrajectoryHistory {
   explicit TrajectoryHistory(const Cell& cell) : cell_(cell) {}
 
   void begin(const ArmPair& start);
-  /// The commanded joints; noted when it is far enough from the last place.
+  /// Adds commanded joints when they are far enough from the last point.
   void add(const ArmPair& joints);
   void clear();
-  /// Nothing has moved since the last retreat.
+  /// No motion since the last retreat.
   bool empty() const { return points_.size() < 2; }
   /// From the arms' present joints to the beginning of the history.
   std::shared_ptr<const ArmMotion> way_back(const ArmPair& from,

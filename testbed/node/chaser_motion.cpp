@@ -9,7 +9,7 @@ namespace {
 // us
 constexpr std::int64_t interval = 50000;
 constexpr std::int64_t largest_gap = 100000;
-/// 1 sigma, each axis, of what the arms make otherwise in a second.
+/// 1 sigma, each axis, of the arms' deviation from commands over a second.
 constexpr double velocity_sigma = 0.001;                  // m/s
 constexpr double angular_velocity_sigma = radians(0.02);  // rad/s
 

@@ -10,15 +10,15 @@
 namespace berth::testbed {
 
 /// The chaser's own motion, as an inertial unit would measure it: the changes of velocity that
-/// guidance commands. Against the frame in which the target rests if it does not move by itself; no
-/// matter which arm carries the motion out.
+/// guidance commands. Relative to the frame in which the target rests if it does not move by
+/// itself, whichever arm carries the motion out.
 class ChaserMotion {
  public:
   /// One set-point after the other.
   /// @param utime us, at which it is carried out
   /// @param commanded T_sensor_model, had the target not moved by itself
-  /// @return every so often: the interval since the last one, but for seq and session. After a gap
-  /// it begins anew.
+  /// @return periodically: the interval since the last one, without seq and session. After a gap it
+  /// begins anew.
   std::optional<inertial_motion_t> add(std::int64_t utime, const Pose& commanded);
 
  private:

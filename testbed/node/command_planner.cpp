@@ -12,7 +12,7 @@
 namespace berth::testbed {
 namespace {
 
-/// The same relative pose seen as a path that never comes to its end: what is steered, not planned.
+/// A constant relative pose as a path without end, for steered motions, which have no planned path.
 class HeldPath final : public RelativePath {
  public:
   explicit HeldPath(const Pose& pose) : pose_(pose) {}
@@ -23,7 +23,7 @@ class HeldPath final : public RelativePath {
   Pose pose_;
 };
 
-/// Waypoints that make a path from `start`, or why they do not. what: for messages.
+/// The command's waypoints as a path from `start`, or why they are invalid. what: for messages.
 std::variant<std::shared_ptr<const WaypointPath>, std::string> waypoint_path(
     const std::vector<waypoint_t>& list, const Pose& start, const std::string& what,
     const std::string& beginning) {
@@ -163,7 +163,7 @@ std::string CommandPlanner::passing_speed(const testbed_command2_t& command, con
   }
   if (passing <= 0) return "";
   std::string text =
-      "; it passes at " + fixed(std::floor(1e3 * passing) / 10, 1) + " % of the speed asked for";
+      "; it passes at " + fixed(std::floor(1e3 * passing) / 10, 1) + " % of the requested speed";
   if (command.command == testbed_command2_t::TRAJECTORY) {
     text += ", all its times " + fixed(std::ceil(1e3 / passing) / 1e3, 3) +
             " times as long, those of ramps too";

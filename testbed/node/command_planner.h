@@ -17,9 +17,8 @@
 namespace berth::testbed {
 
 /// Turns a TESTBED_COMMAND that moves the arms into a checked motion, or into the sentence that
-/// refuses it. The testbed node does so before it moves, `berth check` long before.
-/// Planning takes up to seconds: path_check's clearance must not be used by other threads
-/// meanwhile.
+/// refuses it. Used by the testbed node before a motion, and by `berth check`. Planning takes up to
+/// seconds: path_check's clearance must not be used by other threads meanwhile.
 class CommandPlanner {
  public:
   /// surface: of the target, model frame. All must outlive this.
@@ -29,8 +28,8 @@ class CommandPlanner {
 
   struct Plan {
     MotionPlanner::Plan arms;
-    std::shared_ptr<Steering> steering;  ///< closed loop but by the testbed's own guidance
-    std::optional<Guidance> guidance;    ///< closed loop by that: it has begun
+    std::shared_ptr<Steering> steering;  ///< closed loop by other than the testbed's own guidance
+    std::optional<Guidance> guidance;    ///< closed loop by the testbed's own guidance, begun
     TargetMotion target_motion;          ///< closed loop
   };
   using Result = std::variant<Plan, std::string>;
@@ -42,12 +41,12 @@ class CommandPlanner {
   Result plan(const testbed_command2_t& command, const ArmPair& start, std::int64_t now,
               const Guidance& guidance) const;
 
-  /// A retreat along the trajectory history. @return why there is none otherwise.
+  /// A retreat along the trajectory history, or why there is none.
   std::variant<std::shared_ptr<const ArmMotion>, std::string> way_back(
       const testbed_command2_t& command, const TrajectoryHistory& history, const PathCheck& check,
       const ArmPair& start) const;
 
-  /// The rates that the command asks for. @return why they cannot be had; empty when they can.
+  /// The rates that the command requests. @return why they are refused; empty: they are not.
   std::string limits_of(const testbed_command2_t& command, RelativeLimits& limits) const;
 
  private:
@@ -55,7 +54,7 @@ class CommandPlanner {
   std::string no_port(const std::string& name) const;
   using Path = std::variant<std::shared_ptr<const RelativePath>, std::string>;
 
-  /// Where the command leads: the path that it asks for, or why there is none.
+  /// The path that the command requests, or why there is none.
   Path path_of(const testbed_command2_t& command, const Pose& from, std::int64_t now,
                Guidance& guidance, Plan& plan) const;
   /// Names the speed at which the refused command would pass; empty where there is none.

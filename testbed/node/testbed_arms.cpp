@@ -17,10 +17,10 @@ constexpr Utime order_period = 250 * millisecond;
 
 /// us between the min and the max believable dead time for it to be known.
 constexpr Utime dead_time_known = 40 * millisecond;
-/// us from the nominal one that is worth a warning: 5 mm at 100 mm/s.
+/// us of difference from the nominal one that raises a warning: 5 mm at 100 mm/s.
 constexpr Utime dead_time_off = 50 * millisecond;
-/// us by which another one is reckoned with from then on: 0.1 mm at 50 mm/s.
-constexpr Utime worth_telling = 2 * millisecond;
+/// us, change of the dead time from which a new value is used and published: 0.1 mm at 50 mm/s.
+constexpr Utime min_dead_time_change = 2 * millisecond;
 
 SafetySupervisor::ArmState arm_state_of(std::int8_t state) {
   using State = SafetySupervisor::ArmState;
@@ -40,8 +40,8 @@ SafetySupervisor::ArmState arm_state_of(std::int8_t state) {
   }
 }
 
-/// Of utime, s. It comes from the controller's clock; where a driver knows none, all that is known
-/// is that the joints were read between sending and receiving.
+/// Of utime, s. utime comes from the controller's clock; of a driver without one, the joints were
+/// read at an unknown time between sending and receiving.
 double time_sigma_of(const arm_state_t& state) {
   if (state.clock_offset_sigma_s > 0) return state.clock_offset_sigma_s;
   return seconds(state.utime_received - state.utime_sent) / std::sqrt(12.0);
@@ -129,8 +129,8 @@ void TestbedNode::on_arm_state(ArmRole role, const arm_state_t& state) {
   learn_dead_time();
 }
 
-/// Mean dead time of the arms whose motion has determined it; until then the nominal one, or that
-/// of before the controllers were started anew.
+/// Mean dead time of the arms whose motion has determined it; until then the nominal one, or the
+/// one before the controllers were restarted.
 void TestbedNode::learn_dead_time() {
   double sum = 0;
   int known = 0;
@@ -143,7 +143,7 @@ void TestbedNode::learn_dead_time() {
   }
   if (known == 0) return;
   const auto both = static_cast<Utime>(std::llround(sum / known));
-  if (latency_.seq > 0 && std::abs(both - dead_time_) < worth_telling) return;
+  if (latency_.seq > 0 && std::abs(both - dead_time_) < min_dead_time_change) return;
   const bool warn = latency_.seq == 0 && std::abs(both - settings_.dead_time) >= dead_time_off;
   dead_time_ = both;
   latency_.latency_s = seconds(both);

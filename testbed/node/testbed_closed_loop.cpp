@@ -49,7 +49,7 @@ void TestbedNode::on_estimate(const pose_estimate_t& message) {
     estimate.usable = false;
     estimate.status = defect;
   }
-  // An attitude that may be anything leads nowhere: only the position is steered by.
+  // With an uncertain attitude only the position is used for steering.
   double variance = 0;
   for (std::size_t i = 3; i < 6; ++i) variance = std::max(variance, message.covariance[7 * i]);
   estimate.attitude_known =
@@ -124,7 +124,7 @@ void TestbedNode::run_closed_loop(double dt) {
   if (max_change(*joints, commanded_) > settings_.path.largest_step) {
     return stop_arms("motion-failed", "an arm would have to change its configuration");
   }
-  // Where the estimate leads was not known when the path was checked.
+  // The path of the closed loop was unknown at the check before the start.
   if (now() >= next_instant_check_) {
     next_instant_check_ = now() + instant_check_period;
     if (const auto wrong = check_.check(*joints)) return stop_arms("motion-failed", *wrong);
@@ -139,8 +139,8 @@ bool TestbedNode::retreats() const {
   return task_.steering && task_.steering->report().phase == GuidanceReport::Phase::retreating;
 }
 
-/// A retreat was not checked beforehand and may lead out of the cell: it ends at rest where the
-/// arms would soon reach no further.
+/// A retreat was not checked beforehand and may lead out of the cell: it is brought to rest before
+/// the end of the arms' reach.
 void TestbedNode::end_retreat_within_reach(const Pose& reference, const Velocity& velocity,
                                            double progress, const ArmPair& joints) {
   if (!retreats() || stopping_) return;
@@ -157,7 +157,7 @@ void TestbedNode::end_retreat_within_reach(const Pose& reference, const Velocity
   event(event_t::ERROR, "approach-aborted", why + "; the retreat ends early: " + beyond);
 }
 
-/// Follows the phase of guidance: it holds by itself, is done, or has given the approach up.
+/// Acts on the phase of guidance: holding, done, or approach given up.
 void TestbedNode::follow_guidance(Steering::Phase phase, const std::string& reason) {
   if (stopping_) {
     const bool at_rest = scale_.at_rest() && (task_.steering || guidance_.at_rest());

@@ -9,7 +9,7 @@ namespace berth {
 
 using namespace testbed;
 
-/// HOLD and STOP of any commander. A repetition of one that was obeyed is only acknowledged.
+/// HOLD and STOP of any commander. A repetition of an obeyed one is acknowledged only.
 void TestbedNode::on_stop(const testbed_command2_t& command) {
   if (!seen_.add(command)) return publish_state(false);
   const bool own = command.session == session();
@@ -174,8 +174,8 @@ std::string TestbedNode::resume(const testbed_command2_t& command) {
   return "";
 }
 
-/// Of the motion under way and of what is resumed: the arms come to the new speed smoothly, on the
-/// same path. 0: as it is.
+/// Applies to the motion under way and to a resumed one: the speed changes smoothly, on the same
+/// path. 0: unchanged.
 void TestbedNode::set_override(double override) {
   if (!(override > 0)) return;
   override_ = std::min(override, 1.0);
@@ -245,7 +245,7 @@ std::string TestbedNode::retreat(const testbed_command2_t& command) {
   });
 }
 
-/// @return why it is not planned, or nothing: the command is answered when it is.
+/// @return the refusal; empty when planning has begun, after which the command is answered.
 std::string TestbedNode::plan(const testbed_command2_t& command, const ArmPair& start,
                               std::function<void(Planned&)> job) {
   planning_ = Planning{command, start, ""};

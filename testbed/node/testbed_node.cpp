@@ -236,7 +236,7 @@ void TestbedNode::order(std::int8_t action) {
   }
 }
 
-/// The same, number and all: a driver takes it once.
+/// Repeats the HOLD with its number: a driver obeys it once.
 void TestbedNode::repeat_hold(ArmRole role) {
   bus().publish(
       role == ArmRole::replica ? channels::arm_command_replica : channels::arm_command_sensor,

@@ -37,8 +37,8 @@ namespace berth {
 ///   goes on by itself (HOLDING), the first two wait for RESUME (HELD).
 /// - Silent partners: ARM_COMMAND HOLD at once. When none is silent the arms are started anew,
 ///   brought back to the path and go on by themselves (HOLDING).
-/// - E-stop, fence, a controller that faults, stops, starts anew or does not follow, reports that
-///   cannot be, an estimate that contradicts ground truth, arms that come too near: ARM_COMMAND
+/// - E-stop, fence, a controller that faults, stops, restarts or does not follow, impossible
+///   reports, an estimate that contradicts ground truth, arms too near to each other: ARM_COMMAND
 ///   HOLD at once. RESUME starts the arms again, brings them back to the path and goes on.
 /// HOLD and STOP are obeyed from any commander, of any session, however late, in any order, once
 /// each; everything else only from the lease holder of this session, whose KEEP_LEASE may also
@@ -60,17 +60,17 @@ class TestbedNode final : public Node {
 
   enum class Mode { idle, starting, moving, closed_loop };
 
-  /// What the testbed carries out, from its acceptance to its end.
+  /// A task under way, from its acceptance to its end.
   struct Task {
     std::int64_t seq = 0;
     Mode mode = Mode::idle;                            // moving or closed_loop
     std::shared_ptr<const testbed::ArmMotion> motion;  // moving
     double time = 0;                                   // along the motion, or of flight
     bool retreat = false;
-    bool done = false;                                         // closed_loop: only to come to rest
+    bool done = false;                                         // closed_loop: only comes to rest
     std::shared_ptr<const testbed::ArmAllocation> allocation;  // closed_loop
-    std::shared_ptr<testbed::Steering> steering;               // closed_loop but by guidance_
-    testbed::TargetMotion target_motion;                       // closed_loop
+    std::shared_ptr<testbed::Steering> steering;  // closed_loop by other than guidance_
+    testbed::TargetMotion target_motion;          // closed_loop
     bool given_up = false;  // closed_loop: guidance retreats, and the event was published
   };
 
@@ -85,7 +85,7 @@ class TestbedNode final : public Node {
     std::string refusal;  // empty: none
     Task task;
     std::optional<testbed::Guidance> guidance;  // begun, where that steers
-    std::int64_t utime_estimate = 0;            // of the newest estimate that was planned by
+    std::int64_t utime_estimate = 0;            // of the newest estimate used in planning
   };
 
   // messages
@@ -110,8 +110,8 @@ class TestbedNode final : public Node {
   std::string resume(const testbed_command2_t& command);
   void set_override(double override);
   void on_controller_override(ArmRole role, double reported);
-  /// Of time along a path: the commander's override, but no more than that of either controller,
-  /// whose joints would fall behind.
+  /// Rate of time along a path: the commander's override, at most that of either controller, lest
+  /// its joints fall behind.
   double rate() const;
   void start_task(Task task, const testbed::ArmPair& start);
   void accept(const testbed_command2_t& command);
@@ -174,8 +174,8 @@ class TestbedNode final : public Node {
   testbed::SafetySupervisor safety_;
   testbed::ReportWatch report_watch_[2];        // replica, sensor
   testbed::FollowingWatch following_watch_[2];  // replica, sensor
-  Utime dead_time_;               // from a set-point to its motion, by which is reckoned
-  setpoint_latency_t latency_{};  // as published; seq 0: not measured yet
+  Utime dead_time_;                             // from a set-point to its motion, as used
+  setpoint_latency_t latency_{};                // as published; seq 0: not measured yet
   testbed::EstimateWatch estimate_watch_;
   Lease lease_;
   testbed::TimeScale scale_;
@@ -193,17 +193,17 @@ class TestbedNode final : public Node {
   std::optional<Planning> planning_;
   SeenCommands seen_;
   bool held_ = false;    // waits for RESUME
-  bool paused_ = false;  // stopped, goes on when no partner is silent
+  bool paused_ = false;  // stopped; resumes when no partner is silent
   Utime good_since_ = 0;
   Utime hold_ordered_ = 0;
   Utime clearance_checked_ = 0;
   testbed::ArmPair clearance_checked_from_;
   std::optional<testbed::ArmPair> rest_;          // where the arms came to rest
-  bool stopping_ = false;                         // comes to rest to be abandoned
-  std::optional<testbed_command2_t> after_stop_;  // STOP to finish or RETREAT to begin
+  bool stopping_ = false;                         // comes to rest, then is abandoned
+  std::optional<testbed_command2_t> after_stop_;  // a STOP to finish or a RETREAT to begin
   std::string hold_reason_;
   std::string guidance_reason_;             // holds by itself
-  std::string abort_reason_;                // comes to rest because guidance gave it up
+  std::string abort_reason_;                // guidance has given up: comes to rest
   double override_ = 1;                     // the commander's
   double controller_override_[2] = {1, 1};  // replica, sensor: of the pendant
   Utime last_tick_ = 0;
@@ -227,14 +227,14 @@ class TestbedNode final : public Node {
   int clearance_countdown_ = 0;
 
   std::int64_t arm_command_seq_[2] = {0, 0};  ///< replica, sensor: each channel counts its own
-  arm_command_t last_hold_[2]{};              ///< replica, sensor: what is repeated
+  arm_command_t last_hold_[2]{};              ///< replica, sensor: for repetitions
   std::int64_t truth_seq_ = 0;
   std::int64_t state_seq_ = 0;
   std::int64_t guidance_seq_ = 0;
   testbed::ChaserMotion chaser_motion_;  // in closed loop
   std::int64_t inertial_seq_ = 0;
   double setpoints_refused_ = 0;
-  std::string refused_setpoint_;  // whose
+  std::string refused_setpoint_;  // its commander
   testbed_state_t published_{};
   Loop::TimerId tick_timer_;
   Loop::TimerId state_timer_;

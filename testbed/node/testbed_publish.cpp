@@ -59,7 +59,7 @@ void TestbedNode::publish_guidance(GuidanceReport report) {
 
 /// Of a set-point in closed loop, from when it is carried out.
 void TestbedNode::publish_chaser_motion(const Pose& commanded) {
-  if (!settings_.tell_chaser_motion) return;
+  if (!settings_.publish_chaser_motion) return;
   auto message = chaser_motion_.add(now() + dead_time_, commanded);
   if (!message) return;
   message->seq = ++inertial_seq_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What stops the arms, and what lets them go on.
+// Stops of the arms, and their release.
 #include "common/core/text.h"
 #include "lcmtypes/conversions.h"
 #include "testbed/motion/arm_pair.h"
@@ -11,14 +11,14 @@ using namespace testbed;
 
 namespace {
 
-/// How long all has to be well before the arms are started again.
+/// Time without a fault before the arms are started again.
 constexpr Utime good_for = 500 * millisecond;
 /// A HOLD can be lost on the way.
 constexpr Utime hold_repeat_period = 50 * millisecond;
 constexpr Utime look_ahead_period = 100 * millisecond;
-/// From a motion to a HOLD at its controller: report, set-point clock, wires, interpolation.
+/// s from a motion to the HOLD at its controller: report, set-point clock, wires, interpolation.
 constexpr double reaction = 0.06;
-/// m by which bodies must come nearer to be stopped: those that part may go. Beyond encoder noise.
+/// m of approach that stops the arms: parting bodies may move. Above encoder noise.
 constexpr double nearing = 2e-5;
 /// Within which arms must be at rest after a HOLD.
 constexpr Utime time_to_rest = second;
@@ -64,7 +64,7 @@ void TestbedNode::stop_arms(const std::string& code, const std::string& reason) 
   if (stopping_) end_task(false);
 }
 
-/// The same, until no partner is silent any more.
+/// The same, but resumes when no partner is silent any more.
 void TestbedNode::pause_arms() {
   leave_motion();
   paused_ = true;
@@ -128,7 +128,7 @@ void TestbedNode::watch_clearance() {
                             fixed(1e3 * here, 0) + " mm");
 }
 
-/// An arm that moves after a HOLD is beyond what this layer can stop.
+/// Detects an arm that moves after a HOLD, which this layer cannot stop.
 void TestbedNode::watch_rest() {
   const bool at_rest = !engaged_ && mode_ != Mode::idle && mode_ != Mode::starting;
   if (!at_rest || now() - hold_ordered_ < time_to_rest || !both_reported()) return rest_.reset();

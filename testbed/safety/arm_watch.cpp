@@ -11,16 +11,16 @@
 namespace berth::testbed {
 namespace {
 
-/// us that two samples' times may be wrong by, against each other.
+/// us, largest relative error of two samples' times.
 constexpr std::int64_t time_error = 10000;
 /// us between two samples beyond which their step is not judged.
 constexpr std::int64_t max_gap = 1000000;
-/// us that a mapped clock may go back by itself.
+/// us by which a mapped clock may step back without a restart.
 constexpr std::int64_t clock_error = 1000000;
 
-/// us from one delay that is tried to the next.
+/// us between the delays that are tested.
 constexpr std::int64_t delay_step = 5000;
-/// us between two looks at which the delay is learned from, and the most that one counts for.
+/// us between two samples of the delay's identification, and the greatest weight of one.
 constexpr std::int64_t learning_period = 40000;
 constexpr std::int64_t max_weight = 100000;
 /// s, of the second J.
@@ -150,8 +150,7 @@ void FollowingWatch::learn(std::int64_t t, const Joints& reported, const JointHi
                 delay(first), delay(last)};
 }
 
-/// us from the delay tried that fits best to the lowest place of the parabola through it and its
-/// neighbours.
+/// us from the best delay tested to the minimum of the parabola through it and its neighbours.
 std::int64_t FollowingWatch::beyond(std::size_t best) const {
   if (best == 0 || best + 1 == residual_.size()) return 0;
   const double before = residual_[best - 1];

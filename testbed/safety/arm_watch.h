@@ -17,12 +17,12 @@ struct Contradiction {
   std::string text;  ///< for the operator
 };
 
-/// Plausibility of one controller's reports, sample after sample: no joint is faster than its motor
-/// allows, and a clock does not go back unless its controller was started anew.
+/// Plausibility of one controller's reports, sample by sample: no joint is faster than its motor's
+/// limit, and the clock does not step back unless the controller was restarted.
 class ReportWatch {
  public:
   struct Report {
-    std::int64_t utime = 0;            ///< us, at which the joints were so
+    std::int64_t utime = 0;            ///< us, time of the joints
     std::int64_t controller_time = 0;  ///< us, the controller's own clock, unwrapped
     Joints joints{};
     Joints sigma{};  ///< 1 sigma of each
@@ -42,19 +42,19 @@ class ReportWatch {
 /// Whether one arm follows its commands: the joints reported now are those commanded a dead time
 /// ago. The dead time includes the lag of the reports and differs between controllers; it is
 /// identified from the arm's motion, unknown when the controllers are started, and common to all
-/// six joints. An arm whose joints no plausible dead time explains does not follow.
+/// six joints. An arm whose joints agree with no plausible dead time does not follow.
 ///
 /// A delay is plausible while the residual that it leaves,
 ///   J(delay) = integral of the sum over joints of ((reported - commanded a delay before) /
 ///   limit)^2,
-/// is not significantly more than that of the best one: following errors of a tenth of the limit
-/// that last for a second do not determine the delay.
+/// is not significantly above that of the best one: following errors of a tenth of the limit that
+/// last for a second do not determine the delay.
 ///
-/// A delay may change: a controller under load, another route of the network. A second J is of the
-/// last second (exponential weights, of time at rest too). Once the best delay of all is
-/// significantly worse in it than its own best one, what is older is forgotten. So a delay that
-/// changes over seconds, or at rest, is followed; one that jumps in the midst of a motion is not:
-/// for about a second the arm then counts as one that does not follow.
+/// A delay may change: a controller under load, another route of the network. A second J covers the
+/// last second (exponential weights, time at rest included). Once the overall best delay is
+/// significantly worse in it than its own best one, older data are dropped. So a delay that changes
+/// over seconds, or at rest, is followed; a step during a motion is not: for about a second the arm
+/// then counts as not following.
 class FollowingWatch {
  public:
   struct Settings {
@@ -71,7 +71,7 @@ class FollowingWatch {
 
   FollowingWatch(ArmRole role, const ArmKinematics& arm, const Settings& settings);
 
-  /// The controllers are started: what is commanded begins anew.
+  /// The controllers are started: the history of commands begins anew.
   void begin();
   /// Valid joints at t, us, whose time is known to time_sigma, s; commands: of both arms.
   /// @return how the arm deviates.

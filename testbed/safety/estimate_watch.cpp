@@ -38,7 +38,7 @@ void EstimateWatch::on_estimate(const Position& estimate) {
   const double allowed =
       std::max(settings_.margin, settings_.margin_share * truth->position.norm()) + 4 * sigma;
   contradiction_.reset();
-  if (away <= allowed) return;  // not a number is not believed
+  if (away <= allowed) return;  // also rejects NaN
   contradiction_ = Contradiction{"estimate-wrong",
                                  "the estimate is " + fixed(1e3 * away, 0) +
                                      " mm away from ground truth; with the uncertainty of both " +

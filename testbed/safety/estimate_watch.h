@@ -13,8 +13,8 @@ namespace berth::testbed {
 /// by the estimate.
 ///
 /// An estimate contradicts truth when its position is further away than a margin and four sigmas of
-/// both together: the largest axis of the sum of both covariances. Attitudes are not compared:
-/// under a target's symmetry another one may be as right.
+/// both together: the largest axis of the sum of both covariances. Attitudes are not compared: a
+/// symmetric target has several correct ones.
 class EstimateWatch {
  public:
   struct Settings {
@@ -34,7 +34,7 @@ class EstimateWatch {
   void on_estimate(const Position& estimate);
   /// After an estimate that is not usable.
   void forget() { contradiction_.reset(); }
-  /// Whether the newest estimate is believed.
+  /// Contradiction of the newest estimate; none: it is accepted.
   const std::optional<Contradiction>& contradiction() const { return contradiction_; }
 
  private:

@@ -22,7 +22,7 @@ void SafetySupervisor::on_arm(ArmRole role, const ArmReport& report) {
   std::optional<ArmReport>& last = role == ArmRole::replica ? replica_ : sensor_;
   const std::int64_t last_valid = last ? last->received : 0;
   last = report;
-  // silence counts from the last joints that could be used
+  // silence counts from the last valid joints
   if (!report.valid) last->received = last_valid;
 }
 
@@ -49,9 +49,9 @@ void SafetySupervisor::on_scan(std::int64_t received, bool more) {
 
 SafetySupervisor::Verdict SafetySupervisor::judge(std::int64_t now,
                                                   const Activity& activity) const {
-  // What is put right by hand comes first: it stays true however silent the others are.
+  // Faults that need manual intervention come first: they persist whichever nodes are silent.
   if (const auto verdict = judge_manual_faults()) return *verdict;
-  // Then nodes that are gone altogether, before the messages that they no longer send.
+  // Then nodes without heartbeats, before the messages that they no longer send.
   if (const auto verdict = judge_nodes(now, settings_.watched_nodes)) return *verdict;
   if (const auto verdict = judge_arms(now, activity.engaged)) return *verdict;
   if (const auto verdict = judge_facility(now)) return *verdict;
@@ -153,7 +153,7 @@ std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_nodes(
 std::optional<SafetySupervisor::Verdict> SafetySupervisor::judge_sensor(std::int64_t now) const {
   if (!lidar_fault_.empty()) return Verdict{Level::hold, "lidar-lost", lidar_fault_};
   if (!scan_running_) return std::nullopt;
-  // A slow LIDAR is not a silent one.
+  // The limit grows with the packet interval, so that a slow LIDAR does not count as silent.
   const std::int64_t allowed = std::max(settings_.scan_silence, 3 * scan_interval_);
   const std::int64_t silence = now - scan_received_;
   if (silence <= allowed) return std::nullopt;

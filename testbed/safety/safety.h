@@ -11,8 +11,8 @@
 
 namespace berth::testbed {
 
-/// The second layer of safety, above the PLC's and the controllers' own: judges from what the
-/// testbed receives whether the arms may move. Times are on the node's clock, us.
+/// The second layer of safety, above the PLC's and the controllers' own: decides from the received
+/// messages whether the arms may move. Times are on the node's clock, us.
 class SafetySupervisor {
  public:
   struct Settings {
@@ -21,7 +21,7 @@ class SafetySupervisor {
     std::int64_t facility_silence = 250000;           ///< without a FACILITY_STATE
     std::int64_t scan_silence = 200000;               ///< of a running scan, from packet to packet
     std::vector<std::string> watched_nodes;           ///< whose heartbeats must come
-    std::vector<std::string> watched_in_closed_loop;  ///< and besides, while the estimate steers
+    std::vector<std::string> watched_in_closed_loop;  ///< also, while the estimate steers
   };
   /// Controller states as in arm_state_t.
   enum class ArmState { offline, idle, running, held, fault, estop };
@@ -32,13 +32,13 @@ class SafetySupervisor {
     std::string reason;
   };
 
-  /// In rising order of what it takes to go on.
+  /// In rising order of the effort to resume.
   enum class Level {
     good,
     not_ready,  ///< a partner has not reported yet
     hold,       ///< a partner is silent: stop at once, go on when it reports again
     held,       ///< arms are stopped; the operator has to RESUME
-    fault       ///< E-stop, fence, controller: to be put right first
+    fault       ///< E-stop, fence, controller: must be cleared first
   };
   struct Verdict {
     Level level = Level::good;
@@ -46,10 +46,10 @@ class SafetySupervisor {
     std::string reason;  ///< for the operator
   };
 
-  /// What the arms are doing.
+  /// State of the arms' motion.
   struct Activity {
     bool engaged = false;  ///< they follow set-points, so a controller that does not run is a fault
-    bool closed_loop = false;  ///< where to is the estimator's word
+    bool closed_loop = false;  ///< the estimate steers
   };
 
   explicit SafetySupervisor(Settings settings);
@@ -67,7 +67,7 @@ class SafetySupervisor {
   void on_node(const std::string& node, const std::string& fault) { node_faults_[node] = fault; }
 
   Verdict judge(std::int64_t now, const Activity& activity) const;
-  /// Fault that no controller's reset clears: an emergency stop, the fence. Empty: none.
+  /// Fault that a controller's reset does not clear: an emergency stop, the fence. Empty: none.
   std::string unresettable_fault() const;
   const std::optional<ArmReport>& arm(ArmRole role) const {
     return role == ArmRole::replica ? replica_ : sensor_;

@@ -53,7 +53,7 @@ double number_of(const std::vector<std::string>& fields, std::size_t column, con
   return value;
 }
 
-/// Neighbours may not be so far apart that the way between them is a guess.
+/// Refuses neighbours too far apart for interpolation.
 void check_step(const WaypointPath::Waypoint& a, const WaypointPath::Waypoint& b,
                 const std::string& place) {
   if (b.time <= a.time) throw InputError(place + ": is not later than the line before");

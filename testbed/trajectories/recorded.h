@@ -7,10 +7,10 @@
 
 namespace berth::testbed {
 
-/// An external trajectory: comma-separated text with the columns t,x,y,z,w,p,r in s, mm
-/// and degrees (T_sensor_model), in any order, named in its first line; other columns are passed
-/// over, and so are empty lines and lines that begin with '#'. Times increase; the first is taken
-/// for the start. It may begin and end under way: `ramp` seconds bring it from rest and to rest.
+/// An external trajectory: comma-separated text with the columns t,x,y,z,w,p,r in s, mm and degrees
+/// (T_sensor_model), in any order, named in its first line; other columns, empty lines and lines
+/// that begin with '#' are ignored. Times increase; the first is taken for the start. It may begin
+/// and end under way: `ramp` seconds bring it from rest and to rest.
 struct TrajectoryFile {
   double ramp = 2;  ///< s; 0: it begins and ends at rest by itself
 };
@@ -22,10 +22,10 @@ Waypoints read_trajectory_text(const std::string& text, const std::string& name,
 
 /// The poses of the text unchanged, the first at 0 s; at least two. @throws InputError, as above.
 Waypoints read_poses(const std::string& text, const std::string& name);
-/// What read_poses reads.
+/// Text for read_poses.
 std::string trajectory_text(const Waypoints& waypoints);
 
-/// A relative motion that was flown before, flown again.
+/// A recorded relative motion, flown again.
 struct Recorded {
   Waypoints places;              ///< T_sensor_model, smoothed
   double ramp = 2;               ///< s: it may begin and end under way
@@ -33,11 +33,11 @@ struct Recorded {
   double angular_speed = 0.087;  ///< rad/s
 };
 
-/// Straight to where the record begins, then along it at its own pace.
+/// Straight to the begin of the record, then along it at its recorded times.
 Waypoints recorded(const Pose& from, const Recorded& options);
 
-/// Samples as they were measured, noise and all, made smooth: places `spacing` apart, s, each from
-/// a straight line fitted to the samples within `spacing` of it. At least two.
+/// Smooths noisy samples: places `spacing` apart, s, each from a straight line fitted to the
+/// samples within `spacing` of it. At least two.
 Waypoints smoothed(const Waypoints& samples, double spacing);
 
 }  // namespace berth::testbed

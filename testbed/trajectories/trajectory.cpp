@@ -39,7 +39,7 @@ Pose shifted(Pose pose, const Vector3d& by) {
 Waypoints straight(const Pose& from, const Straight& options) {
   const Vector3d turn = rotation_vector(options.by.rotation);
   const Vector3d& by = options.by.position;
-  // Counted in seconds of full speed, so that both keep within theirs.
+  // In seconds at full speed, so that translation and rotation both keep their limits.
   const double length = std::max(by.norm() / options.speed, turn.norm() / options.angular_speed);
   const SmoothTravel travel = eased(length, 1, options.ramp);
   return sampled(

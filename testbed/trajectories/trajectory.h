@@ -12,15 +12,15 @@ namespace berth::testbed {
 /// A relative motion as a command carries it: T_sensor_model at times, from rest to rest.
 using Waypoints = std::vector<WaypointPath::Waypoint>;
 
-/// What one message can carry (64 bytes each, 60 kB).
+/// Capacity of one message (64 bytes each, 60 kB).
 inline constexpr std::size_t max_waypoints = 900;
 
 /// Where the replica is, t seconds after the start: T_sensor_model. Smooth, and at rest at both
 /// ends, or WaypointPath and the arms would have to jump.
 using Motion = std::function<Pose(double t)>;
 
-/// The motion at even times, 50 ms apart, or farther where that were too many for one message.
-/// @param duration s; nothing above 0: one waypoint, with which no command goes anywhere
+/// The motion sampled every 50 ms, or less often where one message could not hold that many.
+/// @param duration s; not above 0: one waypoint, which is no motion
 Waypoints sampled(const Motion& motion, double duration);
 
 /// Travel over a length (m or rad) that reaches the speed and leaves it within `ramp` seconds each;
@@ -56,7 +56,7 @@ struct BarApproach {
 };
 Waypoints bar_approach(const Pose& from, const BarApproach& options);
 
-/// To and fro along one axis about where it begins, as a sine: fast, and without going far.
+/// Sinusoidal motion to and fro along one axis about the start: fast, within a short range.
 struct Oscillation {
   Vector3d axis = Vector3d::UnitX();  ///< sensor frame
   double amplitude = 0.1;             ///< m to either side

@@ -32,7 +32,7 @@ void GroundTruth::add(ArmRole role, const JointSample& sample) {
   if (!samples.empty() && sample.utime <= samples.back().utime) return;
   samples.push_back(sample);
   if (replica_.empty() || sensor_.empty()) {
-    // keep what may still be the earlier neighbour of a grid time
+    // keep samples that may still be the earlier neighbour of a grid time
     while (samples.size() > 3) samples.pop_front();
     return;
   }
@@ -52,7 +52,7 @@ void GroundTruth::add(ArmRole role, const JointSample& sample) {
   }
   for (const ArmRole role_of_queue : both_arms) {
     std::deque<JointSample>& queue = of(role_of_queue);
-    // one more than is interpolated between: it shows the acceleration
+    // one sample more than the interpolation needs: for the acceleration
     while (queue.size() > 2 && queue[2].utime <= next_) queue.pop_front();
   }
 }

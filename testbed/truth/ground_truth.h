@@ -27,13 +27,13 @@ struct Truth {
 };
 
 /// Interpolates both arms' reported joints to one time, on a fixed grid of time: never
-/// extrapolated, and not across a gap in the readings. A grid time is given out as soon as both
+/// extrapolated, and not across a gap in the readings. A grid time is published as soon as both
 /// arms have a later sample.
 ///
-/// Its covariance is the sum of what is uncertain by itself: the calibration; each encoder; the
-/// time of each arm's readings, times its joints' velocity; and the motion between two readings,
-/// which a straight line misses by a s (1 - s) h^2 / 2 at the share s of the gap h, with the
-/// acceleration a that this and the reading before show.
+/// Its covariance is the sum of independent contributions: the calibration; each encoder; the time
+/// of each arm's readings, times its joints' velocity; and the motion between two readings, which a
+/// straight line misses by a s (1 - s) h^2 / 2 at the share s of the gap h, with the acceleration a
+/// that this and the reading before show.
 class GroundTruth {
  public:
   struct Settings {

@@ -8,7 +8,7 @@ using Map = Eigen::Map<const Vector6d>;
 
 constexpr double same_place = 0.005;  // rad, of linear axes m
 
-/// How a point that an arm holds moves in the cell frame, by the arm's joints.
+/// Jacobian of a point that an arm holds, cell frame, by the arm's joints.
 /// @param flange where they put it, in the cell
 Matrix6d point_jacobian(const PlacedArm& arm, const Joints& joints, const Pose& flange,
                         const Vector3d& point) {
@@ -93,7 +93,7 @@ Matrix6d TruthCovariance::at(const ArmMoment& replica, const ArmMoment& sensor) 
   const ArmPair joints{replica.joints, sensor.joints};
   update_geometry(joints);
   const RelativeJacobian& jacobian = jacobian_at(joints);
-  // stamped later by the offset: at a given time the arm is where it was so much earlier
+  // an offset shifts readings to later times: at a given time the arm is at an earlier place
   ByTime by_time;
   by_time << -jacobian.leftCols<6>() * Map(replica.rate.data()),
       -jacobian.rightCols<6>() * Map(sensor.rate.data());

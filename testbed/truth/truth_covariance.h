@@ -10,24 +10,23 @@ struct ArmMoment {
   Joints joints{};
   Joints rate{};          ///< per second
   Joints sigma{};         ///< 1 sigma of each joint by itself: encoder and interpolation
-  double time_sigma = 0;  ///< s, of the time at which the joints were so
+  double time_sigma = 0;  ///< s, of the time of the joints
 };
 
 /// Columns: the replica arm's joints, then the sensor arm's.
 using RelativeJacobian = Eigen::Matrix<double, 6, 12>;
 
-/// How T_sensor_model changes with both arms' joints; see perturbed() for its rows.
+/// Derivative of T_sensor_model by both arms' joints; see perturbed() for its rows.
 RelativeJacobian relative_jacobian(const Cell& cell, const ArmPair& joints);
 
-/// Covariance of T_sensor_model from what is uncertain in two readings: each joint by itself, and
-/// each arm's time, which is one error for all of its joints.
+/// Covariance of T_sensor_model due to the uncertainty of two readings: each joint by itself, and
+/// each arm's time, which is common to all of its joints.
 Matrix6d reading_covariance(const RelativeJacobian& jacobian, const ArmMoment& replica,
                             const ArmMoment& sensor);
 
-/// Covariance of T_sensor_model with what the calibration leaves in doubt: geometry and the arms'
-/// time offsets, with how the two hang together. The geometry's part changes slowly with the
-/// joints and is worked out anew when one has moved far enough to change it by about half a
-/// per cent.
+/// Covariance of T_sensor_model due to readings and calibration: geometry and the arms' time
+/// offsets, with their correlation. The geometry's part changes slowly with the joints; it is
+/// computed anew when a joint has moved far enough to change it by about half a per cent.
 class TruthCovariance {
  public:
   /// Both must outlive it.

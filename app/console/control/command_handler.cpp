@@ -306,7 +306,7 @@ void CommandHandler::release_control(const Command& command) {
     return request(command, procedure_command_t::RELEASE_CONTROL);
   }
   cell_.give_back();
-  host_.event(event_t::NOTICE, "control-released", "nobody has control");
+  host_.event(event_t::NOTICE, "control-released", "no operator has control");
   answer(command, true, "");
 }
 
@@ -342,7 +342,7 @@ void CommandHandler::follow_testbed() {
   const std::string lost = lease_.holder();
   if (lease_.lapse(now)) {
     host_.event(event_t::WARNING, "control-lapsed",
-                name_of(lost) + " is no longer heard: nobody has control");
+                "control of " + name_of(lost) + " lapsed: no operator has control");
   }
   if (!lease_.held(now)) return cell_.give_back();
   const std::string name = name_of(lease_.holder());

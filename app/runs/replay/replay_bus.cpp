@@ -53,7 +53,7 @@ std::optional<std::string> ChannelMap::name_of(std::string_view channel) const {
 ReplayBus::ReplayBus(const std::string& url) : url_(bus_url(url)), lcm_(url_) {
   if (!lcm_.good()) {
     throw InputError("LCM cannot use " + url_ +
-                     ": is there a multicast route? 'berth doctor' shows the remedy");
+                     ": is there a multicast route? 'berth doctor' shows how to repair it");
   }
   lcm_.subscribe(channels::heartbeat, &ReplayBus::on_heartbeat, this);
 }

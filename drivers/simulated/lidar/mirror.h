@@ -18,7 +18,7 @@ struct MirrorSettings {
 MirrorSettings read_mirror(Config config);
 
 /// From one beam to another so far away (rad), when both are fired at rest: bang-bang acceleration
-/// up to the greatest speed, then settling. Nothing for no way.
+/// up to the greatest speed, then settling. 0 for no angle.
 Utime slew_time(const MirrorSettings& mirror, double angle);
 
 }  // namespace berth

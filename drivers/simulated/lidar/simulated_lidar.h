@@ -31,14 +31,14 @@ struct SimulatedLidarSettings {
   SceneSettings scene;
 };
 
-/// What is wrong with a simulated LIDAR; each lasts until it is taken back.
+/// Faults of a simulated LIDAR; each lasts until it is cleared.
 struct LidarFaults {
   bool silent = false;     ///< measures on and answers nothing
   bool blackout = false;   ///< every beam is a MISS
   double range_bias = 0;   ///< m, added to every range
   double noise_scale = 1;  ///< on all three sigmas
-  double range_noise = 1;  ///< on the sigma of range, besides
-  double angle_noise = 1;  ///< on those of both angles, besides
+  double range_noise = 1;  ///< on the sigma of range, in addition
+  double angle_noise = 1;  ///< on those of both angles, in addition
   double dropout = 0;      ///< share of the returns that are lost
   double speed = 1;        ///< share of the rated beams per second, from the next scan on
 };
@@ -48,9 +48,9 @@ SimulatedLidarSettings load_simulated_lidar(const std::filesystem::path& file);
 
 /// A scanning LIDAR that speaks drivers/lidar/PROTOCOL.md to one host. Beams are fired at the
 /// profile's rate, each cast into the scene as it was when the beam left; one timer per packet.
-/// Between windows the mirror turns (mirror.h). What the device makes of a beam, the receiver says
-/// (receiver.h). Faults draw from a stream of their own: the beams they spare are as they were
-/// without them.
+/// Between windows the mirror turns (mirror.h). The receiver (receiver.h) models the return of a
+/// beam. Faults have a random stream of their own: beams without a fault are the same as in a run
+/// without faults.
 class SimulatedLidar {
  public:
   SimulatedLidar(const std::string& address, LidarProfile profile, SimulatedLidarSettings settings,

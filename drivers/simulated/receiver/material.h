@@ -6,8 +6,8 @@
 
 namespace berth {
 
-/// What the simulated scene is made of but for the target, whose parts say it: `materials` of
-/// config/simulation_lidar.yaml.
+/// Materials of the simulated scene: `materials` of config/simulation_lidar.yaml. Those of the
+/// target are in its parts.
 struct SceneSettings {
   Material mount{0.3};
   Material arm{0.3};
@@ -17,7 +17,7 @@ struct SceneSettings {
 /// @throws InputError.
 void read_scene_settings(Config& config, SceneSettings& settings);
 
-/// Power that returns of a beam, over that from a white surface square to it at the same range:
+/// Returned power of a beam, relative to that from a white surface square to it at the same range:
 /// Lambert's cosine, and Beckmann's distribution of slopes about the normal (monostatic, without
 /// shadowing): specular * exp(-tan^2 / (2 roughness^2)) / (8 roughness^2 cosine^5).
 /// @param glitter of the mirrors within the beam, mean 1.

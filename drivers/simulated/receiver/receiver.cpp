@@ -188,7 +188,7 @@ Received Receiver::measure(Scene& scene, std::int64_t utime, double azimuth, dou
       received.status = BeamStatus::miss;
       received.power = 0;
     }
-    if (draw < glare.early) {  // noise before the surface is taken for it
+    if (draw < glare.early) {  // noise before the surface is mistaken for it
       const double nearest = beam.range_min_m;
       const double farthest = echo != nullptr ? std::max(nearest, echo->range) : beam.range_max_m;
       received.status = BeamStatus::hit;

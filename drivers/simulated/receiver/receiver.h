@@ -21,7 +21,7 @@ inline constexpr std::size_t rays_per_beam = 8;
 /// @param direction unit, sensor frame
 std::array<Ray, rays_per_beam> rays_of_beam(const Vector3d& direction, const BeamModel& beam);
 
-/// What a receiver makes one range of.
+/// Light that gives one range.
 struct Echo {
   double range = 0;  ///< m, of the centre of its light
   double power = 0;  ///< 1: a white surface, square to the beam and filling it, at full scale
@@ -42,8 +42,8 @@ struct Echoes {
 
 /// Light that comes back from the rays of one beam, parted by range into echoes a pulse's length
 /// long; those that are not too weak.
-/// @param glitter draws how the mirrors of rough surfaces happen to lie: exponential, as for few of
-/// many mirrors
+/// @param glitter random stream of the specular power of rough surfaces: exponentially distributed,
+/// as for few of many mirrors
 Echoes received_echoes(const EchoSettings& settings, const BeamModel& beam,
                        std::span<const SceneHit> hits, Random& glitter);
 
@@ -57,7 +57,7 @@ struct ScannerErrors {
   double range_walk = 0;        ///< m by which a return of a tenth of the power reads farther
   double drop_out = 0;          ///< share of returns lost, square on
   double drop_out_grazing = 0;  ///< share of returns lost at an incidence of 80 deg
-  double outliers = 0;          ///< share of beams with a range of nothing in particular
+  double outliers = 0;          ///< share of beams with a random range
   double outlier_range = 15;    ///< m: such ranges lie evenly from the least range to here
 };
 
@@ -72,9 +72,9 @@ double drop_out_at(const ScannerErrors& errors, double cosine);
 struct ReceiverSettings {
   double noise_scale = 1;  ///< on the beam model's three sigmas; 0: none
   EchoSettings echoes;
-  double range_max_reflectivity = 0;  ///< of a surface just seen at the greatest range; 0: all are
-  double min_power = 0;  ///< see Echo::power; weaker returns are lost, besides those just named
-  /// Times as bright as a white surface in its place: no range.
+  double range_max_reflectivity = 0;  ///< just detected at the greatest range; 0: all are
+  double min_power = 0;               ///< see Echo::power; weaker returns are lost, too
+  /// Power, relative to a white surface in its place, above which there is no range.
   double saturation = 20;
   SunGlareSettings sun;
   ScannerErrors errors;
@@ -83,20 +83,20 @@ struct ReceiverSettings {
 /// Reads the receiver of a LIDAR's profile (config/lidars). @throws InputError.
 void read_receiver(const std::filesystem::path& profile, ReceiverSettings& settings);
 
-/// What becomes of one beam.
+/// Outcome of one beam.
 struct Received {
   BeamStatus status = BeamStatus::miss;
   double range = 0;         ///< m, as reported; 0 unless hit
   double power = 0;         ///< see Echo::power; 0 unless hit or saturated
   double second_range = 0;  ///< m, of another echo of the same beam; 0: none
   double second_power = 0;
-  double range_sigma = 0;  ///< m, of the beam model, times what sunlight makes of it
+  double range_sigma = 0;  ///< m, of the beam model, times the effect of sunlight
   double background = 0;   ///< of sunlight, in units of power
   /// Where most of the light of `range` comes from; not met unless hit by it.
   SceneHit surface;
 };
 
-/// The receiver of a scanning LIDAR: turns what rays meet into returns.
+/// The receiver of a scanning LIDAR: turns the hits of rays into returns.
 ///
 /// Noise, as in the paper's Table 1: the mirror points to the commanded angles plus the angle
 /// errors, the device reports the commanded angles; the range error is added to the range met.
@@ -104,9 +104,9 @@ struct Received {
 /// several surfaces (echoes.h). Then, in this order: sunlight, range bias and walk, steps,
 /// drop-out, outliers.
 ///
-/// The same draws are made for each beam whatever it meets, so that two scenes with one seed see
+/// The number of draws per beam does not depend on the scene, so that two scenes with one seed have
 /// the same noise; glitter, sunlight and the scanner's errors have streams of their own, so that
-/// the beams they spare are as they were without them.
+/// beams without these effects are unchanged.
 class Receiver {
  public:
   Receiver(const BeamModel& beam, const ReceiverSettings& settings, std::uint64_t seed);
@@ -118,7 +118,7 @@ class Receiver {
   // May be changed from beam to beam.
   BeamModel beam;
   ReceiverSettings settings;
-  double range_noise = 1;  ///< on the sigma of range, besides settings.noise_scale
+  double range_noise = 1;  ///< on the sigma of range, times settings.noise_scale
   double angle_noise = 1;  ///< on those of both angles
 
  private:

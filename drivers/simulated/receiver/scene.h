@@ -12,7 +12,7 @@
 
 namespace berth {
 
-/// What a ray meets.
+/// First hit of a ray.
 struct SceneHit {
   double range = std::numeric_limits<double>::infinity();  ///< m along the ray; infinite: nothing
   double cosine = 0;                   ///< of the incidence: between ray and normal, 0..1
@@ -37,8 +37,8 @@ struct Sunlight {
 class Scene {
  public:
   virtual ~Scene() = default;
-  /// What each of a few rays, close together, meets first at a time. Rays: sensor frame, from about
-  /// its origin. hits: as many; infinitely far where nothing is nearer than max_range (m).
+  /// First hits, at a time, of a few rays close together. Rays: sensor frame, from about its
+  /// origin. hits: as many; infinitely far where nothing is nearer than max_range (m).
   virtual void cast(std::int64_t utime, std::span<const Ray> rays, double max_range,
                     std::span<SceneHit> hits) = 0;
   /// One ray from the sensor's origin. @return false when nothing is met.
@@ -47,7 +47,7 @@ class Scene {
     cast(utime, {&ray, 1}, max_range, {&hit, 1});
     return hit.met();
   }
-  /// Rays up to this time follow, in ascending order: until then motion may be interpolated.
+  /// Announces rays up to this time, in ascending order: motion may be interpolated until then.
   virtual void prepare(std::int64_t /*last*/) {}
   virtual Sunlight sunlight(std::int64_t /*utime*/) { return {}; }
 };

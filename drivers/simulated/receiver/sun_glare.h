@@ -6,9 +6,9 @@
 
 namespace berth {
 
-/// What sunlight does to the simulated LIDAR: section `sun` of config/simulation_lidar.yaml, where
-/// each number has its source. Background is counted in what a white surface, square to the
-/// beam, returns of the LIDAR's own light from the full-scale range.
+/// Effects of sunlight on the simulated LIDAR: section `sun` of config/simulation_lidar.yaml, where
+/// each number has its source. Unit of background: the LIDAR's own light returned by a white
+/// surface, square to the beam, at the full-scale range.
 struct SunGlareSettings {
   double lit_surface = 0.005;           ///< of a white surface that faces the full lamp
   double albedo_surface = 0.001;        ///< of a white surface, of the full albedo lamp
@@ -21,15 +21,15 @@ struct SunGlareSettings {
 /// @throws InputError.
 SunGlareSettings read_sun_glare(Config config);
 
-/// What becomes of one beam.
+/// Effect on one beam.
 struct Glare {
   double sigma_scale = 1;  ///< of the range noise
-  double lost = 0;         ///< probability that its return is not found
-  double early = 0;        ///< probability that something before it is taken for it
+  double lost = 0;         ///< probability that its return is lost
+  double early = 0;        ///< probability of a false return before it
 };
 
 /// Sunlight that reaches the receiver while it looks along a beam:
-/// - reflected by what the beam meets: diffuse (Lambert: the same from any range), and specular, a
+/// - reflected by the surface hit: diffuse (Lambert: the same from any range), and specular, a
 ///   normalised Phong lobe about the mirrored direction of the lamp, as wide as the material is
 ///   rough (exponent 1 / (4 roughness^2)). No shadows: what faces the lamp is lit;
 /// - of the albedo lamp, which lights from all sides: diffuse and specular alike;

@@ -254,7 +254,7 @@ TEST_CASE("each command reaches the engine") {
   SECTION("answer, where nothing is asked") {
     const Answer answer = w.ask("viewer-1", "answer", {{"prompt_id", "1.1"}, {"text", "yes"}});
     CHECK_FALSE(answer.accepted);
-    CHECK_THAT(answer.text, Contains("nothing is asked"));
+    CHECK_THAT(answer.text, Contains("no prompt is open"));
   }
   SECTION("run, while one runs") {
     CHECK_FALSE(w.insist("viewer-1", "run", {{"procedure", "approach.yaml"}}).accepted);
@@ -309,7 +309,7 @@ TEST_CASE("a page that is no longer heard loses control, and the procedure is he
   w.bench.run_for(5);
   CHECK(w.pages.handler.control().holder.empty());
   CHECK(w.state() == procedure_state_t::HELD);
-  CHECK(w.bench.node->state().reason == "me@console viewer-1 had control and is no longer heard");
+  CHECK(w.bench.node->state().reason == "control of me@console viewer-1 lapsed");
 }
 
 TEST_CASE("where no procedure runs, control is the testbed's lease") {
@@ -339,7 +339,7 @@ TEST_CASE("where no procedure runs, control is the testbed's lease") {
     w.pages.page_alive.clear();
     w.simulation.run_for(2 * second);
     CHECK(w.testbed.obeyed.back().command == testbed_command2_t::RELEASE_LEASE);
-    CHECK(w.pages.told("control-lapsed", "me@console viewer-1 is no longer heard"));
+    CHECK(w.pages.told("control-lapsed", "control of me@console viewer-1 lapsed"));
     CHECK(w.pages.handler.control().holder.empty());
   }
   SECTION("a procedure is run, after a second word, as it was asked for") {
@@ -414,7 +414,7 @@ TEST_CASE("two viewers at once each get the answer to what they asked") {
     return w.pages.last(viewer);
   };
   CHECK_FALSE(to("viewer-1", answer).accepted);
-  CHECK_THAT(to("viewer-1", answer).text, Contains("nothing is asked"));
+  CHECK_THAT(to("viewer-1", answer).text, Contains("no prompt is open"));
   CHECK(to("viewer-2", hold).accepted);
 }
 

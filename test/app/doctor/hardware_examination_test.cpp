@@ -171,7 +171,7 @@ TEST_CASE("another arm than the configured one, in a fault, and nobody at an add
   CHECK_THAT(cell.about("replica arm pose").found, Contains("5.0 mm away"));
   CHECK_THAT(cell.about("sensor arm state").found,
              Contains("emergency stop") && Contains("SRVO-001 Emergency stop"));
-  CHECK_THAT(cell.about("PLC connection").found, Contains("nobody answers"));
+  CHECK_THAT(cell.about("PLC connection").found, Contains("no answer"));
 }
 
 }  // namespace

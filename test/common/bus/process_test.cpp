@@ -238,7 +238,7 @@ TEST_CASE("a device that is switched off is given up in time, and the loop goes 
   CHECK(given_up);
   CHECK(loop.now() - begin >= 60 * millisecond);
   CHECK(beats > 0);
-  CHECK(sockets.trouble(deaf.address) == deaf.address + ": nobody answers within 60 ms");
+  CHECK(sockets.trouble(deaf.address) == deaf.address + ": no answer within 60 ms");
 }
 
 TEST_CASE("a name that takes long to be looked up keeps nothing waiting") {

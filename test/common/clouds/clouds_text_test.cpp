@@ -195,7 +195,7 @@ TEST_CASE("XYZ: a sigma is used where it says something") {
   CHECK(cloud.beams[0].range_sigma == 0.02);
   for (std::size_t i = 1; i < 5; ++i) CHECK(cloud.beams[i].range_sigma == 0);
   REQUIRE(cloud.notes.size() == 1);
-  CHECK_THAT(cloud.notes[0], Contains("'sigma' says nothing of 3 of 5 points"));
+  CHECK_THAT(cloud.notes[0], Contains("'sigma' has no usable value for 3 of 5 points"));
   CHECK(xyz("x y z range_sigma_mm\n1 2 3 20\n").beams[0].range_sigma == 0.02);
 }
 

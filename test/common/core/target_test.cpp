@@ -128,7 +128,7 @@ TEST_CASE("a description that is wrong is refused with file, line and key") {
   refused(changed("length: 3 m\n", ""), "key 'length': is missing");
   refused(changed("length: 3 m", "length: 0 m"),
           "key 'length': found '0 m', expected a length above 0");
-  refused(changed("satellite.obj", "../satellite.obj"), "expected a file beside target.yaml");
+  refused(changed("satellite.obj", "../satellite.obj"), "expected a file next to target.yaml");
   refused(changed("group: array", "group: wing"), "has no group 'wing'; it has");
   refused(changed("group: array", "box: {low: [1 m, 1 m, 1 m], high: [2 m, 2 m, 2 m]}"),
           "key 'parts.array.box': no face of the mesh has its centre in it");

@@ -246,7 +246,7 @@ TEST_CASE("a driver that starts before its LIDAR waits for it") {
   NodeBench bench(false);
   bench.simulation.run_for(3 * second);
   CHECK(bench.state.state == lidar_state_t::OFFLINE);
-  CHECK_THAT(bench.state.reason, Contains("nobody answers at lidar:1"));
+  CHECK_THAT(bench.state.reason, Contains("no answer from lidar:1"));
   CHECK(bench.events_named("lidar-offline") == 1);  // once, not with every dial
   bench.make_device(NodeBench::noiseless());
   bench.simulation.run_for(2 * second);

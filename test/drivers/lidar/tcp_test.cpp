@@ -129,7 +129,7 @@ TEST_CASE("a device that falls silent is given up, dialled again and found") {
   REQUIRE(bench.run_until([&] { return bench.readies == 1; }));
   device.faults().silent = true;
   REQUIRE(bench.run_until([&] { return !bench.reasons.empty(); }));
-  CHECK_THAT(bench.reasons[0], Contains("nothing heard from the LIDAR"));
+  CHECK_THAT(bench.reasons[0], Contains("nothing received from the LIDAR"));
   device.faults().silent = false;
   CHECK(bench.run_until([&] { return bench.readies == 2; }));
 }
