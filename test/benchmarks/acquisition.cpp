@@ -52,7 +52,7 @@ std::vector<Cell> cells_of(const Settings& settings, const std::string& target) 
       if (replica) all.push_back({target, returns, kind, 0.97, 10, false});
     }
   }
-  std::erase_if(all, [&](const Cell& c) { return !settings.wanted(c.name() + " "); });
+  std::erase_if(all, [&](const Cell& c) { return !settings.is_selected(c.name() + " "); });
   return all;
 }
 

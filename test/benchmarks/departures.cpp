@@ -568,10 +568,10 @@ void draw_surface(const Settings& settings, const Results& results) {
 
 /// By name or path; foreign meshes are looked for in the folder of meshes.
 std::vector<std::string> targets_of(const Settings& settings) {
-  std::vector<std::string> wanted = settings.targets;
-  if (wanted.empty()) wanted = {"radarsat2", "shuttle_42.ply", "mgs_shrox.ply"};
+  std::vector<std::string> selected = settings.targets;
+  if (selected.empty()) selected = {"radarsat2", "shuttle_42.ply", "mgs_shrox.ply"};
   std::vector<std::string> found;
-  for (const std::string& name : wanted) {
+  for (const std::string& name : selected) {
     const std::filesystem::path mesh = settings.meshes / name;
     if (!settings.meshes.empty() && std::filesystem::is_regular_file(mesh)) {
       found.push_back(mesh.string());
@@ -589,7 +589,7 @@ Sighting sighting_of(const Settings& settings, const std::string& target, const 
   Sighting sighting;
   sighting.view = view;
   const bool held = sighting.view == "held";
-  const bool told = sighting.view == "described";
+  const bool is_described = sighting.view == "described";
   sighting.scenes = std::make_shared<SceneMaker>(settings.config, target, held);
   const Target& there = sighting.scenes->target();
   sighting.target = there.name;
@@ -597,7 +597,7 @@ Sighting sighting_of(const Settings& settings, const std::string& target, const 
     return estimator::load_target_model(believed, settings.options.model,
                                         estimator::default_cache_directory());
   };
-  if (told) {
+  if (is_described) {
     for (const Departures& world : departure_worlds(settings.config)) {
       auto& model = sighting.described[surface_sigma(world)];
       if (model != nullptr) continue;
@@ -615,14 +615,15 @@ Sighting sighting_of(const Settings& settings, const std::string& target, const 
 
 std::vector<Sighting> sightings_of(const Settings& settings) {
   constexpr std::array views = {"free", "held", "described"};
-  std::vector<std::pair<std::string, const char*>> wanted;
+  std::vector<std::pair<std::string, const char*>> selected;
   for (const std::string& target : targets_of(settings)) {
-    for (const char* view : views) wanted.emplace_back(target, view);
+    for (const char* view : views) selected.emplace_back(target, view);
   }
-  return results_of("targets", static_cast<int>(wanted.size()), settings.untimed_jobs, [&](int i) {
-    const auto& [target, view] = wanted[static_cast<std::size_t>(i)];
-    return sighting_of(settings, target, view);
-  });
+  return results_of("targets", static_cast<int>(selected.size()), settings.untimed_jobs,
+                    [&](int i) {
+                      const auto& [target, view] = selected[static_cast<std::size_t>(i)];
+                      return sighting_of(settings, target, view);
+                    });
 }
 
 /// The next of those seen the same way; none: null.
@@ -650,7 +651,7 @@ std::vector<Cell> all_cells(const Settings& settings, const std::vector<Sighting
       if (!world.once) cells.push_back({&sighting, seen, &world, 1000, true});
     }
   }
-  std::erase_if(cells, [&](const Cell& c) { return !settings.wanted(c.name() + " "); });
+  std::erase_if(cells, [&](const Cell& c) { return !settings.is_selected(c.name() + " "); });
   if (settings.tracking_methods.front() == no_method) {
     std::erase_if(cells, [](const Cell& c) { return c.filtered || !c.sighting->is_acquired(); });
   }

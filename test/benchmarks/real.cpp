@@ -386,7 +386,8 @@ int run_real(const Settings& settings) {
   std::vector<RealScan> scans;
   add_umich(fs::path(folder) / "umich", scans);
   add_realsense(fs::path(folder) / "realsense", scans);
-  std::erase_if(scans, [&](const RealScan& s) { return !settings.wanted(s.set + " " + s.name); });
+  std::erase_if(scans,
+                [&](const RealScan& s) { return !settings.is_selected(s.set + " " + s.name); });
   if (scans.empty()) std::printf("\nreal: no scans in %s\n", folder);
   if (fs::is_directory(fs::path(folder) / "ouster")) {
     std::printf("real: the captures of ouster/ are not read: no adapter for them yet\n");

@@ -38,7 +38,7 @@ struct Settings {
   Yardstick yardstick{true};
   std::vector<std::string> only;  ///< of the cells of a part, those whose name holds one of these
 
-  bool wanted(const std::string& cell) const {
+  bool is_selected(const std::string& cell) const {
     const auto holds = [&cell](const std::string& text) {
       return cell.find(text) != std::string::npos;
     };

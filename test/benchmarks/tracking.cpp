@@ -35,7 +35,7 @@ std::vector<Cell> cells(const Settings& settings) {
     for (const int returns : {200, 1000, 3000, 50000}) {
       for (int s = 0; s < 6; ++s) {
         const Cell cell{error_case, static_cast<ScanStrategy>(s), returns};
-        if (settings.wanted(cell.name() + " ")) all.push_back(cell);
+        if (settings.is_selected(cell.name() + " ")) all.push_back(cell);
       }
     }
   }

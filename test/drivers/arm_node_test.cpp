@@ -273,29 +273,29 @@ TEST_CASE("a HOLD is obeyed whatever its session, age or order, and told by name
   hold.session = ArmBench::session;
   hold.utime = bench.simulation.now();
   hold.utime_expires = hold.utime + 100 * millisecond;
-  std::string told;
+  std::string expected_text;
   SECTION("of another session") {
     hold.session = 76;
-    told = "belongs to session 76";
+    expected_text = "belongs to session 76";
   }
   SECTION("expired") {
     hold.utime -= 24 * 3600 * second;
     hold.utime_expires -= 24 * 3600 * second;
-    told = "ms ago";
+    expected_text = "ms ago";
   }
   SECTION("overtaken by set-points") {
     hold.seq = 1;
-    told = "behind a later command";
+    expected_text = "behind a later command";
   }
   SECTION("all of it, from a script that fills in nothing") {
     hold = {};
     hold.action = arm_command_t::HOLD;
-    told = "belongs to session 0 and expired";
+    expected_text = "belongs to session 0 and expired";
   }
   bench.bus->publish(channels::arm_command_replica, hold);
   CHECK(held_after(bench) < 5);
   bench.simulation.run_for(20 * millisecond);
-  CHECK_THAT(bench.text_of("unusual-stop"), Catch::Contains(told));
+  CHECK_THAT(bench.text_of("unusual-stop"), Catch::Contains(expected_text));
 
   // The testbed answers a HOLD of somebody else with its own before it starts again.
   if (hold.session != ArmBench::session) {

@@ -69,26 +69,26 @@ TEST_CASE("An idle estimator acquires at once and goes on tracking by itself") {
 TEST_CASE("A command for a later scan waits for it") {
   Loopback run;
   acquire_and_track(run, 3);
-  const std::int64_t asked = run.estimator.state().scan_id;
-  run.send(command(Command::STOP, 2, asked + 2));
+  const std::int64_t requested = run.estimator.state().scan_id;
+  run.send(command(Command::STOP, 2, requested + 2));
   CHECK(run.estimator.state().command_seq == 2);
   REQUIRE(run.scan_once());
-  CHECK(run.output.requests.back().scan_id == asked + 1);
+  CHECK(run.output.requests.back().scan_id == requested + 1);
   REQUIRE(run.scan_once());
   CHECK(run.estimator.state().mode == State::IDLE);
-  CHECK(run.estimator.state().scan_id == asked + 1);
+  CHECK(run.estimator.state().scan_id == requested + 1);
   CHECK_FALSE(run.scan_once());
 }
 
 TEST_CASE("A command that comes too late is refused, and obeyed under a new number") {
   Loopback run;
   acquire_and_track(run, 3);
-  const std::int64_t asked = run.estimator.state().scan_id;
-  run.send(command(Command::STOP, 2, asked));
+  const std::int64_t requested = run.estimator.state().scan_id;
+  run.send(command(Command::STOP, 2, requested));
   CHECK(run.estimator.state().refused_seq == 2);
   CHECK(run.estimator.state().command_seq == 1);
   CHECK_THAT(run.estimator.state().reason, Catch::Contains("late"));
-  run.send(command(Command::STOP, 3, asked + 2));
+  run.send(command(Command::STOP, 3, requested + 2));
   CHECK(run.estimator.state().command_seq == 3);
 }
 
@@ -363,8 +363,8 @@ TEST_CASE(
   first.lidar.velocity = {{0.005, 0, -0.02}, {0, 0.01, 0}};
   first.send(command(Command::ACQUIRE, 1, 1));
   for (int i = 0; i < 4; ++i) REQUIRE(first.scan_once());
-  const std::int64_t asked = first.estimator.state().scan_id;
-  Command track = command(Command::TRACK, 2, asked + 2);
+  const std::int64_t requested = first.estimator.state().scan_id;
+  Command track = command(Command::TRACK, 2, requested + 2);
   track.strategy = "sparse";
   first.send(track);
   for (int i = 0; i < 6; ++i) REQUIRE(first.scan_once());
@@ -373,11 +373,11 @@ TEST_CASE(
   RecordedOutput output;
   Estimator replayed(test_setup(), output);
   replayed.receive(command(Command::ACQUIRE, 1, 1));
-  bool told = false;
+  bool sent = false;
   for (const auto& p : first.packets) {
-    if (!told && p.scan_id == asked - 1) {
+    if (!sent && p.scan_id == requested - 1) {
       replayed.receive(track);
-      told = true;
+      sent = true;
     }
     replayed.receive(p);
   }

@@ -109,7 +109,7 @@ TEST_CASE("Errors are as large as the covariance says, at rest in start_velocity
   PoseFilterOptions options;
   options.linear_acceleration = options.angular_acceleration = std::max(acceleration, 1e-6);
   double nees = 0;
-  double least = 1;
+  double min_eigenvalue = 1;
   int count = 0;
   for (std::uint64_t seed = 1; seed <= 150; ++seed) {
     Random random(seed, "filter");
@@ -137,9 +137,9 @@ TEST_CASE("Errors are as large as the covariance says, at rest in start_velocity
     const Vector12d scale = p.diagonal().cwiseSqrt().cwiseInverse();
     const Matrix12d correlation = scale.asDiagonal() * p * scale.asDiagonal();
     const Eigen::SelfAdjointEigenSolver<Matrix12d> eigen(correlation, Eigen::EigenvaluesOnly);
-    least = std::min(least, eigen.eigenvalues()[0]);
+    min_eigenvalue = std::min(min_eigenvalue, eigen.eigenvalues()[0]);
   }
-  CHECK(least > 0);
+  CHECK(min_eigenvalue > 0);
   // 1,800 degrees of freedom: one part in 30 is one sigma.
   CHECK(nees / count == Approx(1).margin(0.14));
 }
@@ -296,20 +296,21 @@ TEST_CASE("A turning target is followed across every angle") {
 }
 
 TEST_CASE("What the chaser knows of its own motion is not mistaken for the target's") {
-  PoseFilter told({});
-  told.start(start_pose, noise(), 0, start_velocity, speed_variance(0.001, 0.001));
-  PoseFilter untold = told;
+  PoseFilter informed({});
+  informed.start(start_pose, noise(), 0, start_velocity, speed_variance(0.001, 0.001));
+  PoseFilter uninformed = informed;
   // In a second the sensor gets faster by 0.1 m/s, then goes on so.
   const Vector3d none = Vector3d::Zero();
   const SensorMotion burn{0, 1000000, Vector3d(0.1, 0, 0.05), none, none, 0.001, 0};
   SensorMotions motions;
   motions.add(burn);
-  CHECK(motions.propagate(told, 2000000) == Approx(1));
+  CHECK(motions.propagate(informed, 2000000) == Approx(1));
   const Pose straight = moved(start_pose, start_velocity, 2);
   const Pose truth{straight.position - 1.5 * burn.acceleration, straight.rotation};
-  CHECK(distance(told.predict(2000000), truth) < 1e-9);
-  CHECK(distance(untold.predict(2000000), truth) > 0.15);
-  CHECK(told.predicted_covariance(2000000)(0, 0) > untold.predicted_covariance(2000000)(0, 0));
+  CHECK(distance(informed.predict(2000000), truth) < 1e-9);
+  CHECK(distance(uninformed.predict(2000000), truth) > 0.15);
+  CHECK(informed.predicted_covariance(2000000)(0, 0) >
+        uninformed.predicted_covariance(2000000)(0, 0));
 }
 
 TEST_CASE("A target at rest is predicted from a sensor that turns and accelerates") {
@@ -346,12 +347,12 @@ TEST_CASE("A target at rest is predicted from a sensor that turns and accelerate
                    to_sensor * (a.angular + b.angular) / 2,
                    to_sensor * (b.angular - a.angular) / step, 0, 0});
     }
-    PoseFilter told = filter;
-    motions.propagate(told, 734567);
-    motions.forget_before(told.utime());
-    motions.propagate(told, 2000000);
-    CHECK(told.utime() == 2000000);
-    return told.pose();
+    PoseFilter informed = filter;
+    motions.propagate(informed, 734567);
+    motions.forget_before(informed.utime());
+    motions.propagate(informed, 2000000);
+    CHECK(informed.utime() == 2000000);
+    return informed.pose();
   };
   const Pose coarse = carried(20000);
   const Pose fine = carried(5000);

@@ -431,7 +431,7 @@ TEST_CASE("Of two poses as wrong as each other neither is called right more ofte
   Random random(9, "rivals");
   constexpr int trials = 4000;
   constexpr double risk = 0.1;
-  int sure = 0, naive = 0;
+  int certain = 0, naive = 0;
   for (int i = 0; i < trials; ++i) {
     std::vector<double> best(300), other(300, 0.0);
     double lead = 0;
@@ -440,11 +440,11 @@ TEST_CASE("Of two poses as wrong as each other neither is called right more ofte
       lead = -lead;
       best.swap(other);
     }
-    if (rival_odds(lead, best, other, 0, 1e9) < risk / (1 - risk)) ++sure;
+    if (rival_odds(lead, best, other, 0, 1e9) < risk / (1 - risk)) ++certain;
     if (std::exp(-lead) < risk / (1 - risk)) ++naive;
   }
   // Either of the two may lead.
-  CHECK_THAT(static_cast<double>(sure) / trials, Catch::Matchers::WithinAbs(2 * risk, 0.03));
+  CHECK_THAT(static_cast<double>(certain) / trials, Catch::Matchers::WithinAbs(2 * risk, 0.03));
   CHECK(naive > trials / 2);
   const std::vector<double> alike(10, 0.3);
   CHECK(rival_odds(0, alike, alike, 0, 6) == 1);
@@ -477,7 +477,7 @@ TEST_CASE(
 TEST_CASE("The evidence expected of a beam is the mean of what it gives") {
   constexpr double depth = 3;
   constexpr PoseShares w;
-  const ExpectedRange near{5, 1e-4}, beside{5.02, 1.5e-4}, far{5.8, 1e-4}, nothing;
+  const ExpectedRange near{5, 1e-4}, adjacent{5.02, 1.5e-4}, far{5.8, 1e-4}, nothing;
   Random random(8, "expected evidence");
   const auto density = [&](const ExpectedRange& m, double z) {
     if (!std::isfinite(m.range)) return 0.5 / depth;
@@ -489,8 +489,8 @@ TEST_CASE("The evidence expected of a beam is the mean of what it gives") {
   const auto misses = [&](const ExpectedRange& m) {
     return std::isfinite(m.range) ? w.missing : 0.5;
   };
-  for (const ExpectedRange& truth : {near, beside, far, nothing}) {
-    for (const ExpectedRange& other : {near, beside, far, nothing}) {
+  for (const ExpectedRange& truth : {near, adjacent, far, nothing}) {
+    for (const ExpectedRange& other : {near, adjacent, far, nothing}) {
       double sum = 0;
       constexpr int draws = 40000;
       for (int i = 0; i < draws; ++i) {

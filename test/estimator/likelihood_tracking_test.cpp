@@ -112,19 +112,19 @@ TEST_CASE("The probabilities of what a beam may read sum up to one") {
   const double coverage = GENERATE(0.0, 0.3, 1.0);
   const bool slit = GENERATE(false, true);
   const bool backed = GENERATE(false, true);
-  const double beside_coverage = slit ? 0.4 * (1 - coverage) : 0;
+  const double neighbour_coverage = slit ? 0.4 * (1 - coverage) : 0;
   const auto term = [&](bool returned, double range) {
     const ExpectedReturn front{range - 1.2, 1e-4, 0.05, 1, coverage};
-    const ExpectedReturn beside{range - 1.4, 1e-4, 0.1, 1, beside_coverage};
+    const ExpectedReturn neighbour{range - 1.4, 1e-4, 0.1, 1, neighbour_coverage};
     const ExpectedReturn behind{range - 1.7, 2e-4, 0.2};
-    return std::exp(beam_term(returned, front, slit ? std::optional(beside) : std::nullopt,
+    return std::exp(beam_term(returned, front, slit ? std::optional(neighbour) : std::nullopt,
                               backed ? std::optional(behind) : std::nullopt, shares, depth)
                         .log_likelihood);
   };
   // Stray ranges are spread over one depth, those of the background over two.
   double sum = term(false, 0) + integral(0, depth, [&](double z) { return term(true, z); });
   if (!backed) {
-    sum += (1 - coverage - beside_coverage) * integral(depth, 2 * depth, [&](double) {
+    sum += (1 - coverage - neighbour_coverage) * integral(depth, 2 * depth, [&](double) {
              return (1 - shares.outlier) * shares.background / (2 * depth);
            });
   }
@@ -137,19 +137,19 @@ TEST_CASE("The score of a beam is the derivative of its likelihood") {
   const bool slit = GENERATE(true, false);
   const double coverage = GENERATE(0.02, 0.5, 0.97);
   const double off = GENERATE(-0.03, 0.005, 0.03);
-  const auto at = [&](double d_coverage, double d_beside, double d_range) {
+  const auto at = [&](double d_coverage, double d_neighbour, double d_range) {
     const double range = off + d_range;
     const ExpectedReturn front{range, 1e-4, 0.05, 1, coverage + d_coverage};
-    const ExpectedReturn beside{range - 0.02, 2e-4, 0.2, 1, 0.7 * (1 - coverage) + d_beside};
+    const ExpectedReturn neighbour{range - 0.02, 2e-4, 0.2, 1, 0.7 * (1 - coverage) + d_neighbour};
     const ExpectedReturn behind{range - 0.04, 3e-4, 0.1};
-    return beam_term(returned, front, slit ? std::optional(beside) : std::nullopt,
+    return beam_term(returned, front, slit ? std::optional(neighbour) : std::nullopt,
                      backed ? std::optional(behind) : std::nullopt, {}, 3);
   };
   const BeamTerm term = at(0, 0, 0);
   constexpr double step = 1e-6;
-  const auto slope = [&](double d_coverage, double d_beside, double d_range) {
-    return (at(d_coverage, d_beside, d_range).log_likelihood -
-            at(-d_coverage, -d_beside, -d_range).log_likelihood) /
+  const auto slope = [&](double d_coverage, double d_neighbour, double d_range) {
+    return (at(d_coverage, d_neighbour, d_range).log_likelihood -
+            at(-d_coverage, -d_neighbour, -d_range).log_likelihood) /
            (2 * step);
   };
   CHECK(term.coverage_score == Approx(slope(step, 0, 0)).epsilon(1e-5));

@@ -337,8 +337,8 @@ TEST_CASE("Returns of a patch that errs alike say no more together than the patc
   CHECK(of_range(exact, 900) == Approx(900 * one).epsilon(0.01));
   // 1 / (noise^2 / n + surface^2) of each patch
   const double shared = 0.004 * 0.004 * one;
-  const double least = 900 * one / (1 + 900 * shared);
-  CHECK(of_range(erring, 900) > 0.99 * least);
+  const double lower_bound = 900 * one / (1 + 900 * shared);
+  CHECK(of_range(erring, 900) > 0.99 * lower_bound);
   CHECK(of_range(erring, 900) < 4.01 / (0.004 * 0.004));
   CHECK(of_range(erring, 1) == Approx(one / (1 + shared)).epsilon(0.01));
 }
@@ -351,7 +351,7 @@ TEST_CASE("An edge tells of its place as many beams that return before it, or no
   // About the middle of the right edge, 200 mm long and wide; more than the faces behind it say.
   Window window{std::atan(1 / 6.0), 0, 0.2 / 6, 0.2 / 6, Pattern::raster, 1000, 0, ""};
   const PoseView faces(*model, nullptr, field.beam, planner_options, pose);
-  const Matrix6d told = scan_information(view, {window}) - scan_information(faces, {window});
+  const Matrix6d information = scan_information(view, {window}) - scan_information(faces, {window});
   // Beams at random places: Fisher information of a Bernoulli trial with p = Phi(d / width).
   const double width =
       std::hypot(0.25 * field.beam.footprint(6), 6 * std::sqrt(field.beam.angle_variance()));
@@ -364,8 +364,8 @@ TEST_CASE("An edge tells of its place as many beams that return before it, or no
     const double p = 0.5 * std::erfc(-z / std::sqrt(2.0));
     sum += density * density / (p * (1 - p)) / (width * width) / steps;
   }
-  CHECK(told(0, 0) == Approx(1000 * sum).epsilon(0.1));  // across the edge
-  CHECK(told(1, 1) < 0.01 * told(0, 0));                 // nothing along it
+  CHECK(information(0, 0) == Approx(1000 * sum).epsilon(0.1));  // across the edge
+  CHECK(information(1, 1) < 0.01 * information(0, 0));          // nothing along it
 }
 
 TEST_CASE("Every strategy brings the returns asked for, from windows inside the field of view") {
@@ -384,10 +384,10 @@ TEST_CASE("Every strategy brings the returns asked for, from windows inside the 
   for (const Window& w : windows) {
     for (const RawBeam& beam : lidar.sweep(w)) hits += beam.status == BeamStatus::hit ? 1 : 0;
   }
-  const int wanted = dense ? 10000 : 1000;
-  CHECK(hits <= 1.3 * wanted);
+  const int requested = dense ? 10000 : 1000;
+  CHECK(hits <= 1.3 * requested);
   // A thin target far away leaves most of its windows empty: not more than ten times the beams.
-  if (beams_of(windows) < 9.9 * wanted) CHECK(hits >= 0.9 * wanted);
+  if (beams_of(windows) < 9.9 * requested) CHECK(hits >= 0.9 * requested);
 }
 
 TEST_CASE("Windows are put on regions of the strategy that can be seen") {

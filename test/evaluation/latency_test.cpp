@@ -29,9 +29,10 @@ Pose swinging(double t, double speed) {
 
 /// Estimates at 2 Hz of a world in which truth's clocks and mounts are off, with the noise that
 /// their covariance says. The estimator believes a velocity that is a little old, and holds what it
-/// measures back towards what it expects by that: by the share `pull`, or by `slip` along the
-/// target's long side alone.
-RunRecord swung(double speed, double delay, std::uint64_t seed, double pull = 0, double slip = 0) {
+/// measures back towards what it expects by that: by the share `shrinkage`, or by `sliding` along
+/// the target's long side alone.
+RunRecord swung(double speed, double delay, std::uint64_t seed, double shrinkage = 0,
+                double sliding = 0) {
   Random random(seed, "delays");
   RunRecord record;
   const Pose mount{random.normal_vector(1 * mm), rotation_from_vector(random.normal_vector(1e-3))};
@@ -49,9 +50,9 @@ RunRecord swung(double speed, double delay, std::uint64_t seed, double pull = 0,
     const Pose there = swinging(t - delay, speed);
     Pose seen = perturbed(there, noise);
     if (expected) {
-      Vector6d held = pull * difference(seen, *expected);
+      Vector6d held = shrinkage * difference(seen, *expected);
       const Vector3d side = seen.rotation * long_side;
-      held.head<3>() += slip * side * side.dot(expected->position - seen.position);
+      held.head<3>() += sliding * side * side.dot(expected->position - seen.position);
       seen = perturbed(seen, held);
     }
     Velocity velocity = velocity_between(swinging(t - delay - lag, speed), there, lag);
@@ -71,10 +72,11 @@ struct Covered {
   double half_width = 0;  // mean
 };
 
-Covered coverage(double speed, double delay, int runs, double pull = 0, double slip = 0) {
+Covered coverage(double speed, double delay, int runs, double shrinkage = 0, double sliding = 0) {
   Covered covered;
   for (int seed = 0; seed < runs; ++seed) {
-    const RunRecord record = swung(speed, delay, static_cast<std::uint64_t>(seed), pull, slip);
+    const RunRecord record =
+        swung(speed, delay, static_cast<std::uint64_t>(seed), shrinkage, sliding);
     const DelayFit fit =
         estimate_delay(Measurer(record, {}), *record.phase("go"), EstimatePose::measured).fit;
     covered.inside += std::abs(fit.delay - delay) <= fit.half_width ? 1 : 0;

@@ -96,9 +96,9 @@ TEST_CASE("on a steady course an offset of truth's could be a delay: that doubt 
   const Measured m = measured(flown(straight_on, 20), "lidar_to_arms_delay");
   CHECK(m.value == Approx(0).margin(1e-4));
   CHECK(m.uncertainty == Approx(1 * mm / 0.2).epsilon(0.1));  // 1 mm at 200 mm/s
-  const Measured doubtful = measured(flown(straight_on, 20, {}, 10 * mm), "lidar_to_arms_delay");
-  CHECK(doubtful.uncertainty == Approx(10 * mm / 0.2).epsilon(0.1));
-  CHECK_THAT(doubtful.reason, Catch::Contains("needs motion of 9") && Catch::Contains("mm/s"));
+  const Measured uncertain = measured(flown(straight_on, 20, {}, 10 * mm), "lidar_to_arms_delay");
+  CHECK(uncertain.uncertainty == Approx(10 * mm / 0.2).epsilon(0.1));
+  CHECK_THAT(uncertain.reason, Catch::Contains("needs motion of 9") && Catch::Contains("mm/s"));
 }
 
 TEST_CASE("truth that is wrong in proportion to the way gone does not pretend to be a delay") {
@@ -215,9 +215,9 @@ TEST_CASE("wrong estimates that say ok are counted, doubtful ones half") {
   CHECK(measured(flown(resting, 20, sometimes(1)), "silently_wrong").value == Approx(0.25));
   // A tenth of 3 m counts.
   CHECK(measured(flown(resting, 20, sometimes(0.25)), "silently_wrong").value == 0);
-  const Measured doubtful = measured(flown(resting, 20, sometimes(0.301)), "silently_wrong");
-  CHECK(doubtful.value == Approx(0.125));
-  CHECK(doubtful.uncertainty == Approx(0.0625));
+  const Measured uncertain = measured(flown(resting, 20, sometimes(0.301)), "silently_wrong");
+  CHECK(uncertain.value == Approx(0.125));
+  CHECK(uncertain.uncertainty == Approx(0.0625));
   // One that admits it is not silent.
   const auto honest = [&](double t, pose_estimate_t& estimate) {
     sometimes(1)(t, estimate);
@@ -279,7 +279,7 @@ TEST_CASE(
   info.attachment_count = 1;
   record.add(info);
   CHECK(measured(record, "achieved_position_error").value == Approx(50 * mm).epsilon(1e-3));
-  const auto tell = [&](double t, const std::string& text) {
+  const auto add_event = [&](double t, const std::string& text) {
     event_t event{};
     event.utime = made::start + utime_from_seconds(t);
     event.seq = event.utime;
@@ -297,17 +297,17 @@ TEST_CASE(
   };
   SECTION("as the testbed has measured it") {
     publish(9, 0.1);  // after all that is judged
-    tell(4, "500.0");
+    add_event(4, "500.0");
     publish(1, 0.39);
     CHECK(measured(record, "achieved_position_error").value == Approx(2 * mm).epsilon(1e-3));
     publish(3, 0.4);
     CHECK(measured(record, "achieved_position_error").value == Approx(0).margin(1e-6));
   }
   SECTION("as an event has it, in logs that are older than the message") {
-    tell(9, "100.0");
-    tell(1, "390.0");
+    add_event(9, "100.0");
+    add_event(1, "390.0");
     CHECK(measured(record, "achieved_position_error").value == Approx(2 * mm).epsilon(1e-3));
-    tell(3, "400.0");
+    add_event(3, "400.0");
     CHECK(measured(record, "achieved_position_error").value == Approx(0).margin(1e-6));
   }
 }

@@ -189,13 +189,13 @@ TEST_CASE("Holm's adjustment keeps the rate of any false alarm among many tests"
   CHECK(holm({std::numeric_limits<double>::quiet_NaN(), 0.02})[1] == Approx(0.02));
 
   Random random(13, "families");
-  int alarms = 0;
+  int flagged = 0;
   for (int family = 0; family < 1000; ++family) {
     std::vector<double> p(20);
     for (double& value : p) value = random.uniform();
     const auto of_family = holm(p);
-    if (*std::min_element(of_family.begin(), of_family.end()) < 0.05) ++alarms;
+    if (*std::min_element(of_family.begin(), of_family.end()) < 0.05) ++flagged;
   }
-  CHECK(alarms > 25);
-  CHECK(alarms < 75);
+  CHECK(flagged > 25);
+  CHECK(flagged < 75);
 }

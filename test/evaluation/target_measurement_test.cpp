@@ -56,7 +56,7 @@ std::vector<TrueReturn> scans(const Target& truth, std::uint64_t seed, double bi
     const Pose pose{{0, 0, 4}, turn};
     Vector6d error;
     error << random.normal_vector(1e-3), random.normal_vector(2e-4);
-    const Pose told = perturbed(pose, error);
+    const Pose reported = perturbed(pose, error);
     const Pose sensor = pose.inverse();
     for (int i = 0; i < 5000; ++i) {
       TrueReturn seen;
@@ -72,7 +72,7 @@ std::vector<TrueReturn> scans(const Target& truth, std::uint64_t seed, double bi
       seen.run = run;
       seen.power = truth.part(hit.triangle).material.reflectivity * cosine *
                    std::pow(settings().full_scale_range / hit.range, 2);
-      seen.pose = told;
+      seen.pose = reported;
       seen.covariance = covariance;
       returns.push_back(seen);
     }

@@ -182,13 +182,13 @@ TEST_CASE("a single time that is out of line is no step", "[timeline]") {
 }
 
 TEST_CASE("no time is too far away", "[timeline]") {
-  constexpr Utime least = std::numeric_limits<Utime>::min();
-  constexpr Utime most = std::numeric_limits<Utime>::max();
-  CHECK(elapsed(least, most) == most);
-  CHECK(elapsed(most, least) == least);
-  CHECK(later(most, 1) == most);
-  const std::vector<Event> far = {{least}, {most},  {0},        {most},
-                                  {least}, {least}, {most - 1}, {most}};
+  constexpr Utime min_time = std::numeric_limits<Utime>::min();
+  constexpr Utime max_time = std::numeric_limits<Utime>::max();
+  CHECK(elapsed(min_time, max_time) == max_time);
+  CHECK(elapsed(max_time, min_time) == min_time);
+  CHECK(later(max_time, 1) == max_time);
+  const std::vector<Event> far = {{min_time}, {max_time},     {0},       {max_time}, {min_time},
+                                  {min_time}, {max_time - 1}, {max_time}};
   const Laid log(far);
   CHECK(log.positions.front() == 0);
   const Laid negative(even(-3600 * second, 50));

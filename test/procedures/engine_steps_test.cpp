@@ -112,7 +112,7 @@ TEST_CASE("a broken limit ends the run, or holds it") {
     CHECK(bench.node->state().reason == "limit 'short': time_in_run 5.0 s, not above 5.0 s");
     REQUIRE(bench.node->state().limits.size() == 1);
     CHECK(bench.node->state().limits[0].result == criterion_result_t::FAILED);
-    CHECK(bench.told_testbed(testbed_command2_t::STOP));
+    CHECK(bench.testbed_received(testbed_command2_t::STOP));
   }
   SECTION("abort") {
     EngineBench bench({}, limit("abort"));

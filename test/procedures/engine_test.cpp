@@ -131,7 +131,7 @@ TEST_CASE("an estimator that loses the target fails the run") {
   CHECK(bench.node->state().reason.find(
             "the estimator lost the target: no good estimate for 5 s") == 0);
   CHECK(bench.step("approach").state == procedure_step_t::FAILED);
-  CHECK(bench.told_testbed(testbed_command2_t::STOP));
+  CHECK(bench.testbed_received(testbed_command2_t::STOP));
 }
 
 TEST_CASE("an estimate that says ok without a covariance is no good estimate") {
@@ -193,7 +193,7 @@ TEST_CASE("nothing moves while a node is missing or another commander has the le
   EngineBench bench(script);
   CHECK(bench.run() == procedure_state_t::ERROR);
   CHECK(bench.node->state().reason == reason);
-  CHECK_FALSE(bench.told_testbed(testbed_command2_t::MOVE));
+  CHECK_FALSE(bench.testbed_received(testbed_command2_t::MOVE));
   for (const auto& step : bench.node->state().steps) CHECK(step.state == procedure_step_t::PENDING);
 }
 
@@ -350,14 +350,14 @@ TEST_CASE("a hold and an abort are obeyed whatever their session and age, and to
   message.utime_expires = bench.simulation.now() + second;
   message.commander = "somebody";
   message.command = GENERATE(procedure_command_t::HOLD, procedure_command_t::ABORT);
-  std::string told;
+  std::string reason;
   SECTION("late") {
     message.utime_expires -= 3601 * second;
-    told = "expired 3600000 ms ago";
+    reason = "expired 3600000 ms ago";
   }
   SECTION("of another session") {
     message.session += 1;
-    told = "belongs to session " + std::to_string(fake::session + 1);
+    reason = "belongs to session " + std::to_string(fake::session + 1);
   }
   bench.operator_bus->publish(channels::procedure_command, message);
   bench.run_for(0.1);
@@ -365,7 +365,7 @@ TEST_CASE("a hold and an abort are obeyed whatever their session and age, and to
   CHECK(bench.node->state().state ==
         (holds ? procedure_state_t::HELD : procedure_state_t::TEARDOWN));
   CHECK(bench.event_text("unusual-stop") ==
-        std::string(holds ? "hold" : "abort") + " of 'somebody' is obeyed, although it " + told);
+        std::string(holds ? "hold" : "abort") + " of 'somebody' is obeyed, although it " + reason);
   if (!holds) return;
   // a repetition of it does not hold what has been resumed
   bench.run_for(2);
@@ -387,8 +387,8 @@ TEST_CASE("a hold is never too early or too late") {
     bench.command(procedure_command_t::HOLD);
     bench.run_to(procedure_state_t::HELD);
     bench.run_for(0.2);  // until the testbed has heard it
-    const auto told = bench.testbed->obeyed.back();
-    CHECK(told.command == testbed_command2_t::HOLD);
+    const auto last = bench.testbed->obeyed.back();
+    CHECK(last.command == testbed_command2_t::HOLD);
     bench.run_for(2);
     CHECK(bench.node->state().state == procedure_state_t::HELD);
     bench.command(procedure_command_t::RESUME);
@@ -416,7 +416,7 @@ TEST_CASE("a hold is never too early or too late") {
     bench.run_for(1);
     bench.command(procedure_command_t::HOLD);
     bench.run_for(0.3);
-    CHECK(bench.told_testbed(testbed_command2_t::STOP));
+    CHECK(bench.testbed_received(testbed_command2_t::STOP));
     bench.run(8);
     CHECK(std::count_if(bench.testbed->obeyed.begin(), bench.testbed->obeyed.end(),
                         [](const testbed_command2_t& c) {
@@ -462,7 +462,7 @@ TEST_CASE("a step can be skipped with a reason, and steps taken one by one") {
   bench.run_for(0.5);
   CHECK(bench.step("move").state == procedure_step_t::SKIPPED);
   CHECK(bench.step("move").detail == "is there already");
-  CHECK(bench.told_testbed(testbed_command2_t::STOP));
+  CHECK(bench.testbed_received(testbed_command2_t::STOP));
   CHECK(bench.step("acquire").state == procedure_step_t::RUNNING);
 
   bench.command(procedure_command_t::HOLD);

@@ -300,7 +300,7 @@ class Facility final : public Clocked {
     bus().subscribe<facility_command_t>(
         channels::facility_command, Queue::fifo(), [this](const facility_command_t& c) {
           if (!script_.lamps_work) return;
-          if (++heard == script_.lamp_command_lost) return;
+          if (++received == script_.lamp_command_lost) return;
           if (!answers_.is_new(c)) return;
           if (!script_.refuse_lamps.empty()) return answers_.refuse(c, script_.refuse_lamps);
           answers_.accept(c);
@@ -330,7 +330,7 @@ class Facility final : public Clocked {
 
   double sun() const { return state_.sun_lamp; }
   facility_command_t last{};
-  int heard = 0;
+  int received = 0;
 
  private:
   CommandAnswers answers_{bus(), loop(), channels::facility_answers, fake::session};
@@ -394,7 +394,7 @@ class SimulatedCell final : public Clocked {
 
  private:
   void take(const injection_t& i) {
-    if (++heard_ == 1) return;  // the first one is lost on the way
+    if (++received_ == 1) return;  // the first one is lost on the way
     if (i.seq > last_seq_) {
       last_seq_ = i.seq;
       if (script_.refuse_injections.empty()) {
@@ -416,7 +416,7 @@ class SimulatedCell final : public Clocked {
 
   injection_state_t state_{};
   std::int64_t last_seq_ = 0;
-  int heard_ = 0;
+  int received_ = 0;
 };
 
 }  // namespace berth::fake

@@ -67,13 +67,15 @@ TEST_CASE("whatever a value holds, it is that text wherever it is referred to, a
 }
 
 TEST_CASE("what no text can hold, or what would be taken for a reference, is no value") {
-  const auto said = [](const std::string& value) { return complaint(remark, {{"words", value}}); };
-  CHECK(said("") == "parameter 'words': found '', expected one value such as 'plain'");
-  CHECK(said("$<pause>").find("expected one value") != std::string::npos);
-  CHECK(said("\xEF\xBB\xBFx").find("byte order mark") != std::string::npos);
-  CHECK(said("a\xEF\xBB\xBFx").find("U+FEFF") != std::string::npos);
-  CHECK(said("\xFF").find("not UTF-8") != std::string::npos);
-  CHECK(said("a\rb").find("lines that end in LF") != std::string::npos);
+  const auto error_of = [](const std::string& value) {
+    return complaint(remark, {{"words", value}});
+  };
+  CHECK(error_of("") == "parameter 'words': found '', expected one value such as 'plain'");
+  CHECK(error_of("$<pause>").find("expected one value") != std::string::npos);
+  CHECK(error_of("\xEF\xBB\xBFx").find("byte order mark") != std::string::npos);
+  CHECK(error_of("a\xEF\xBB\xBFx").find("U+FEFF") != std::string::npos);
+  CHECK(error_of("\xFF").find("not UTF-8") != std::string::npos);
+  CHECK(error_of("a\rb").find("lines that end in LF") != std::string::npos);
 }
 
 TEST_CASE("the values of a procedure's own file may hold anything too") {

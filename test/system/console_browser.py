@@ -142,8 +142,8 @@ class Viewer:
             (pictures / name).write_bytes((work / name).read_bytes())
 
     def check_silence(self):
-        said = [line for line in self.browser.get_log("browser") if not graphics.search(line["message"])]
-        assert not said, f"the browser's console is not silent: {said}"
+        messages = [line for line in self.browser.get_log("browser") if not graphics.search(line["message"])]
+        assert not messages, f"the browser's console is not silent: {messages}"
 
     def close(self):
         self.check_silence()

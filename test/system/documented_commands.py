@@ -157,8 +157,10 @@ class Homes:
 
 def judge(homes, home, command, expectation):
     """What is wrong, or nothing."""
-    code, kind, wanted = expectation.split(" ", 2)
-    before = {path: os.stat(path).st_mtime_ns for path in glob.glob(str(home / wanted))} if kind == "file" else {}
+    code, kind, expected = expectation.split(" ", 2)
+    before = {}
+    if kind == "file":
+        before = {path: os.stat(path).st_mtime_ns for path in glob.glob(str(home / expected))}
     try:
         done = homes.call(home, ["bash", "-c", command])
     except subprocess.TimeoutExpired:
@@ -166,10 +168,11 @@ def judge(homes, home, command, expectation):
     output = done.stdout
     if str(done.returncode) not in code.split("|"):
         return f"exit code {done.returncode}, expected {code}\n{output[-2000:]}"
-    if kind == "says" and wanted not in output:
-        return f"its output does not hold '{wanted}'\n{output[-2000:]}"
-    if kind == "file" and all(before.get(path) == os.stat(path).st_mtime_ns for path in glob.glob(str(home / wanted))):
-        return f"makes no file {wanted}\n{output[-2000:]}"
+    if kind == "says" and expected not in output:
+        return f"its output does not hold '{expected}'\n{output[-2000:]}"
+    written = glob.glob(str(home / expected)) if kind == "file" else []
+    if kind == "file" and all(before.get(path) == os.stat(path).st_mtime_ns for path in written):
+        return f"makes no file {expected}\n{output[-2000:]}"
     return ""
 
 

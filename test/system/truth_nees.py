@@ -188,8 +188,8 @@ def main():
                 means = [sum(column) / seeds for column in zip(*found)]
                 # Truth takes neighbours' encoders to be wrong alike; here they are not while the arms move, and
                 # interpolating averages them: (s^2 + (1 - s)^2) of the variance, 2/3 in the mean.
-                least = (1, *4 * (2 / 3,)) if name == "motion" else 5 * (1,)
-                wrong = [not share * low <= mean <= high for mean, share, (low, high) in zip(means, least, allowed)]
+                minima = (1, *4 * (2 / 3,)) if name == "motion" else 5 * (1,)
+                wrong = [not share * low <= mean <= high for mean, share, (low, high) in zip(means, minima, allowed)]
                 print(f"{name:<8} {speed:>4} mm/s" + "".join(f" {mean:>8.2f}{'!' if bad else ' '}" for mean, bad in
                                                            zip(means, wrong)), flush=True)
                 failed = failed or any(wrong)

@@ -23,14 +23,14 @@ struct GuidedCell : FakeCell {
     bus->subscribe<guidance_state_t>(channels::guidance_state, Queue::fifo(),
                                      [this](const guidance_state_t& m) { states.push_back(m); });
     loop->every(100 * millisecond, [this] {
-      if (steers) say();
+      if (steers) publish_setpoint();
     });
     take_lease();
     REQUIRE(finished(send(move_to({0, 0, 4800, 0, 0, 0}, 0.3)), 60));
     estimator->silent = false;
     run_for(3.0);
   }
-  void say() {
+  void publish_setpoint() {
     guidance_setpoint_t message{};
     message.utime = now();
     message.seq = ++seq;

@@ -129,9 +129,9 @@ TEST_CASE("the estimate is flown by wherever the arms were told to be") {
 TEST_CASE("an estimate is taken as it is, and worked off at the speed of corrections") {
   Flight flight(start);
   REQUIRE_FALSE(flight.guidance.keep(flight.now, start, start, {}));
-  Pose beside = start;
-  beside.position.x() += 0.015;
-  Estimate estimate{flight.now - 10000, beside, true, "good"};
+  Pose displaced = start;
+  displaced.position.x() += 0.015;
+  Estimate estimate{flight.now - 10000, displaced, true, "good"};
   estimate.dead_time = 150000;
   flight.guidance.on_estimate(estimate);
   Pose last = start;

@@ -50,10 +50,10 @@ TEST_CASE("silence holds after its limit, and only then") {
   Watch watch;
   watch.all_well();
   CHECK(watch.level() == Level::good);
-  const std::int64_t heard = watch.now;
-  watch.now = heard + 150000;
+  const std::int64_t received_at = watch.now;
+  watch.now = received_at + 150000;
   CHECK(watch.level() == Level::good);
-  watch.now = heard + 150001;
+  watch.now = received_at + 150001;
   CHECK(watch.level() == Level::hold);
   CHECK(watch.supervisor.judge(watch.now, {true, false}).code == "heartbeat-lost");
   watch.supervisor.on_heartbeat("arm-driver-replica", watch.now);

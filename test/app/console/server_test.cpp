@@ -403,11 +403,11 @@ TEST_CASE("who dribbles or hoards connections is cut off, and viewers are only s
 TEST_CASE("ports that are taken are passed over, and viewers are told when the console ends") {
   Rig rig;
   Viewer viewer(rig.port());
-  ServerOptions beside = rig.options;
-  beside.port = rig.server->port();
-  CHECK_THROWS_AS(Server(beside, rig.board), InputError);
-  beside.ports_to_try = 50;
-  CHECK(Server(beside, rig.board).port() != rig.server->port());
+  ServerOptions same_port = rig.options;
+  same_port.port = rig.server->port();
+  CHECK_THROWS_AS(Server(same_port, rig.board), InputError);
+  same_port.ports_to_try = 50;
+  CHECK(Server(same_port, rig.board).port() != rig.server->port());
   rig.server.reset();
   WebFrame farewell = viewer.frame();
   while (farewell.opcode == 1) farewell = viewer.frame();

@@ -141,8 +141,8 @@ TEST_CASE("a run keeps by which poses of its target are one, and says so in RUN_
   const run_info_t info =
       procedures::make_run_info(procedures::load_procedure(made.procedure()), made.setup,
                                 load_target(made.setup.target, 0), "r", run_info_t::TWIN, "");
-  const SymmetryGroup told = evaluation::symmetry_of_run(info);
-  CHECK(yaml_of(told) == kept);
+  const SymmetryGroup of_info = evaluation::symmetry_of_run(info);
+  CHECK(yaml_of(of_info) == kept);
   request.target.clear();  // the replica has none
   CHECK(read_symmetry(read_file(RunFiles::create(request).directory / evaluation::symmetry_file),
                       "kept")

@@ -16,11 +16,11 @@ struct Ending {
 };
 
 struct Operators {
-  Ending& send(std::int8_t what, const std::string& text = "", const std::string& who = "") {
+  Ending& send(std::int8_t what, const std::string& text = "", const std::string& commander = "") {
     procedure_command_t command{};
     command.command = what;
     command.text = text;
-    command.commander = who;
+    command.commander = commander;
     Ending& ending = endings.emplace_back();
     client.send(command, [&ending](CommandStatus status, const std::string& reason) {
       ending = {status, reason, ending.times + 1};

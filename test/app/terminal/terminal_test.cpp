@@ -35,7 +35,7 @@ procedure_state_t state_with(std::int8_t what) {
   return state;
 }
 
-procedure_state_t asking(const std::string& id, const std::vector<std::string>& choices) {
+procedure_state_t prompting(const std::string& id, const std::vector<std::string>& choices) {
   procedure_state_t state = state_with(procedure_state_t::PROMPTING);
   state.prompt_id = id;
   state.prompt = "Is the way clear?";
@@ -102,7 +102,7 @@ TEST_CASE("a skip asks for its reason and is not sent without one") {
 
 TEST_CASE("a prompt takes the keys for its answer; Escape gives them back") {
   Keyboard keyboard;
-  keyboard.keys.on(asking("clear", {"yes", "no", "not yet"}));
+  keyboard.keys.on(prompting("clear", {"yes", "no", "not yet"}));
   keyboard.type("n\n");  // two choices begin so
   CHECK(keyboard.sent.empty());
   CHECK_THAT(text_of(keyboard.keys.lines()), Contains("[yes / no / not yet]"));
@@ -113,7 +113,7 @@ TEST_CASE("a prompt takes the keys for its answer; Escape gives them back") {
   CHECK(keyboard.sent[0].text == "yes");
 
   keyboard.keys.on(state_with(procedure_state_t::RUNNING));
-  keyboard.keys.on(asking("serial", {}));
+  keyboard.keys.on(prompting("serial", {}));
   keyboard.type(
       "\x1b"
       "a");
@@ -123,7 +123,7 @@ TEST_CASE("a prompt takes the keys for its answer; Escape gives them back") {
   REQUIRE(keyboard.sent.size() == 3);
   CHECK(keyboard.sent[2].text == "ha 7");
   // a prompt whose time is up gives the keys back
-  keyboard.keys.on(asking("again", {}));
+  keyboard.keys.on(prompting("again", {}));
   keyboard.keys.on(state_with(procedure_state_t::RUNNING));
   keyboard.type("h");
   CHECK(keyboard.sent.back().command == procedure_command_t::HOLD);
@@ -131,7 +131,7 @@ TEST_CASE("a prompt takes the keys for its answer; Escape gives them back") {
 
 TEST_CASE("who only observes sends nothing") {
   Keyboard keyboard(true);
-  keyboard.keys.on(asking("clear", {"yes"}));
+  keyboard.keys.on(prompting("clear", {"yes"}));
   keyboard.type("y\nhrnsta\n");
   CHECK(keyboard.sent.empty());
   CHECK_THAT(text_of(keyboard.keys.lines()), Contains("only observing"));
@@ -140,7 +140,7 @@ TEST_CASE("who only observes sends nothing") {
 }
 
 TEST_CASE("the panel shows step, time, what comes next, limits with margins, and the question") {
-  procedure_state_t state = asking("clear", {"yes", "no"});
+  procedure_state_t state = prompting("clear", {"yes", "no"});
   criterion_result_t limit{};
   limit.name = "never too near";
   limit.unit = "m";
@@ -205,18 +205,18 @@ TEST_CASE("what the engine refuses is shown with its reason, whatever events are
 }
 
 TEST_CASE("the speed goes up and down by tenths, within 10 to 100 percent") {
-  std::vector<std::string> asked;
-  OperatorKeys keys([&asked](const procedure_command_t& c) { asked.push_back(c.text); }, false);
+  std::vector<std::string> speeds;
+  OperatorKeys keys([&speeds](const procedure_command_t& c) { speeds.push_back(c.text); }, false);
   keys.on(state_with(procedure_state_t::RUNNING));
   testbed_state_t testbed{};
   testbed.speed_override = 0.3;
   keys.on(testbed);
   for (const char key : {'-', '-', '-', '+'}) keys.type(key);
-  CHECK(asked == std::vector<std::string>{"20 %", "10 %", "10 %", "20 %"});
+  CHECK(speeds == std::vector<std::string>{"20 %", "10 %", "10 %", "20 %"});
   testbed.speed_override = 1;
   keys.on(testbed);
   keys.type('+');
-  CHECK(asked.back() == "100 %");
+  CHECK(speeds.back() == "100 %");
 }
 
 namespace {
@@ -304,11 +304,11 @@ TEST_CASE("lasting lines tell of steps once, of prompts once, and of holds") {
   progress.on(state);
   REQUIRE(lines.size() == 1);
   CHECK(lines[0] == "   30.0 s  done     first  (12.0 s)  62 %");
-  procedure_state_t question = asking("clear", {"yes", "no"});
-  question.steps = state.steps;
-  progress.on(question);
-  question.utime += second;
-  progress.on(question);
+  procedure_state_t prompted = prompting("clear", {"yes", "no"});
+  prompted.steps = state.steps;
+  progress.on(prompted);
+  prompted.utime += second;
+  progress.on(prompted);
   REQUIRE(lines.size() == 2);
   CHECK_THAT(lines[1], Contains("asks") && Contains("[yes / no]") && Contains("prompt clear"));
   state.state = procedure_state_t::HELD;

@@ -110,15 +110,15 @@ TEST_CASE("a node that works beats and says that its work takes too long") {
                                    loop.stop();
                                });
   bus.start();
-  const auto beside = std::this_thread::get_id();
+  const auto loop_thread = std::this_thread::get_id();
   bool elsewhere = false;
   bool back = false;
   node.do_work({"long work", millisecond,
                 [&, future = std::make_shared<std::future<void>>(enough.get_future())] {
-                  elsewhere = std::this_thread::get_id() != beside;
+                  elsewhere = std::this_thread::get_id() != loop_thread;
                   future->wait();  // an endless one, did the beats wait for it
                 },
-                [&] { back = std::this_thread::get_id() == beside; }});
+                [&] { back = std::this_thread::get_id() == loop_thread; }});
   loop.after(20 * second, [&] { loop.stop(); });
   loop.run();
   CHECK(beats >= 4);
@@ -164,7 +164,7 @@ TEST_CASE("real sockets: dial, listen, refuse") {
   Sockets& sockets = loop.sockets();
   const std::string address = "127.0.0.1:" + std::to_string(20000 + getpid() % 10000);
   Socket device;
-  std::string heard;
+  std::string received;
   bool refused = false;
   sockets.listen(address, [&](Socket socket) {
     device = std::move(socket);
@@ -175,11 +175,11 @@ TEST_CASE("real sockets: dial, listen, refuse") {
         loop.unwatch(device.fd());
         return loop.stop();
       }
-      heard.append(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(*size));
+      received.append(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(*size));
     });
   });
-  sockets.dial("127.0.0.1:1", [&](const Socket& nobody) {
-    refused = nobody.fd() < 0;
+  sockets.dial("127.0.0.1:1", [&](const Socket& refusing) {
+    refused = refusing.fd() < 0;
     sockets.dial(address, [&](const Socket& socket) {
       REQUIRE(socket.fd() >= 0);
       const std::vector<std::uint8_t> hello{'h', 'e', 'l', 'l', 'o'};
@@ -189,7 +189,7 @@ TEST_CASE("real sockets: dial, listen, refuse") {
   loop.after(20 * second, [&] { loop.stop(); });
   loop.run();
   CHECK(refused);
-  CHECK(heard == "hello");
+  CHECK(received == "hello");
   CHECK_THROWS_AS(sockets.listen(address, [](const Socket&) {}), InputError);
   CHECK_THROWS_AS(sockets.dial("nowhere", [](const Socket&) {}), InputError);
 }
@@ -244,10 +244,10 @@ TEST_CASE("a device that is switched off is given up in time, and the loop goes 
 TEST_CASE("a name that takes long to be looked up keeps nothing waiting") {
   ProcessLoop loop(clock_offset_now());
   std::promise<void> answer;
-  std::atomic<int> asked = 0;
+  std::atomic<int> lookups = 0;
   Sockets sockets(
       loop, [&, future = answer.get_future().share()](const std::string& host, const std::string&) {
-        ++asked;
+        ++lookups;
         future.wait();
         return Sockets::Found{std::nullopt, host + " is not known"};
       });
@@ -271,7 +271,7 @@ TEST_CASE("a name that takes long to be looked up keeps nothing waiting") {
       60 * millisecond);
   loop.run();
   CHECK(given_up == 2);
-  CHECK(asked == 1);  // a second thread does not wait for the same name
+  CHECK(lookups == 1);  // a second thread does not wait for the same name
   CHECK(sockets.trouble("robot:502") == "robot:502: its name: robot is not known");
 }
 

@@ -144,7 +144,7 @@ TEST_CASE("bytes that are no text are refused by line") {
 
 TEST_CASE("what is no file with keys in it says what it is") {
   const TemporaryDirectory directory;
-  const auto said = [](const std::filesystem::path& path) -> std::string {
+  const auto error_of = [](const std::filesystem::path& path) -> std::string {
     try {
       Config::load(path);
     } catch (const InputError& e) {
@@ -152,15 +152,15 @@ TEST_CASE("what is no file with keys in it says what it is") {
     }
     return "";
   };
-  CHECK(said(directory.path()).find("is a directory, expected a file") != std::string::npos);
+  CHECK(error_of(directory.path()).find("is a directory, expected a file") != std::string::npos);
   const auto pipe = directory / "pipe.yaml";
   REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
-  CHECK(said(pipe).find("is no regular file, expected a file") != std::string::npos);
+  CHECK(error_of(pipe).find("is no regular file, expected a file") != std::string::npos);
   write_file(directory / "empty.yaml", "");
-  CHECK(said(directory / "empty.yaml").find("empty.yaml:1: found nothing, expected a map") !=
+  CHECK(error_of(directory / "empty.yaml").find("empty.yaml:1: found nothing, expected a map") !=
         std::string::npos);
   write_file(directory / "text.yaml", "\nonly words\n");
-  CHECK(said(directory / "text.yaml").find("text.yaml:2: found 'only words', expected a map") !=
+  CHECK(error_of(directory / "text.yaml").find("text.yaml:2: found 'only words', expected a map") !=
         std::string::npos);
 }
 

@@ -87,7 +87,8 @@ class Meddler {
                   if (const auto* id = std::get_if<Identity>(&message)) {
                     pair.host->speak(id->version);
                   }
-                  if (const auto said = change(message); said && pair.host) pair.host->send(*said);
+                  if (const auto changed = change(message); changed && pair.host)
+                    pair.host->send(*changed);
                 },
                 [&pair, &loop](const std::string&) {
                   loop.after(0, [&pair] { pair.host.reset(), pair.device.reset(); });

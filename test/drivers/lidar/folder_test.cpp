@@ -34,7 +34,7 @@ const char* three_points = "0 0 5\n0.5 0 5\n0 -0.5 5\n";
 struct FolderBench {
   FolderBench() {
     adapter.start({[this] { ++readied; },
-                   [this](const Message& message) { said.push_back(message); },
+                   [this](const Message& message) { received.push_back(message); },
                    [this](const std::string& reason) { lost.push_back(reason); },
                    [this](const std::string& what) { troubles.push_back(what); }});
     REQUIRE(run_until([this] { return readied == 1; }));
@@ -54,7 +54,7 @@ struct FolderBench {
   }
   template <class Kind>
   std::vector<Kind> all() const {
-    return all_of<Kind>(said);
+    return all_of<Kind>(received);
   }
   std::size_t beams() const {
     std::size_t n = 0;
@@ -67,7 +67,7 @@ struct FolderBench {
   ProcessLoop loop{clock_offset_now()};
   FolderAdapter adapter{folder, {}, ilris(), loop};
   int readied = 0;
-  std::vector<Message> said;
+  std::vector<Message> received;
   std::vector<std::string> lost;
   std::vector<std::string> troubles;
 };
@@ -195,7 +195,7 @@ TEST_CASE("cancel ends the waiting; a folder that goes is lost and found again")
   CHECK_THAT(bench.lost[0], Contains("the folder is gone"));
   std::filesystem::create_directory(bench.folder);
   REQUIRE(bench.run_until([&] { return bench.readied == 2; }));
-  bench.said.clear();
+  bench.received.clear();
   bench.order(4);
   write_file(bench.folder / "scan.xyz", three_points);
   REQUIRE(bench.ended());

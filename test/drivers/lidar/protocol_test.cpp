@@ -123,13 +123,13 @@ TEST_CASE("version 1 says of a beam what it can, and is understood") {
 
 TEST_CASE("a frame has as many beams as a datagram of the bus, of version 1 as many as it allows") {
   for (const int version : {1, 2}) {
-    const std::size_t most = version == 1 ? max_beams_version_1 : max_beams_per_message;
-    for (const std::size_t count : {most, most + 1}) {
+    const std::size_t max_count = version == 1 ? max_beams_version_1 : max_beams_per_message;
+    for (const std::size_t count : {max_count, max_count + 1}) {
       Returns returns;
       returns.beams.resize(count);
       Decoder decoder;
       decoder.feed(encode(returns, version));
-      CHECK(decoder.next().has_value() == (count == most));
+      CHECK(decoder.next().has_value() == (count == max_count));
     }
   }
 }

@@ -93,8 +93,8 @@ TEST_CASE("a raster by count spreads odd counts evenly") {
     previous = elevation;
     ++rows.back();
   }
-  const auto [least, most] = std::minmax_element(rows.begin(), rows.end());
-  CHECK(*most - *least <= 1);
+  const auto [min_row, max_row] = std::minmax_element(rows.begin(), rows.end());
+  CHECK(*max_row - *min_row <= 1);
 }
 
 TEST_CASE("flat and point-like windows are swept too") {

@@ -105,7 +105,7 @@ class World {
   std::vector<Motion> motion;
   /// Largest distance between a reported joint and what it was told to be a dead time before, rad.
   double lag() const { return lag_; }
-  double greatest_lag = 0;
+  double max_lag = 0;
 
  private:
   injection_t injection(std::int8_t action);
@@ -131,7 +131,7 @@ class World {
   std::unique_ptr<testbed::Clearance> clearance_;
   double min_clearance_ = 10;
   int looks_ = 0;
-  std::map<ArmRole, std::deque<std::pair<Utime, Joints>>> told_;
+  std::map<ArmRole, std::deque<std::pair<Utime, Joints>>> commanded_;
   double lag_ = 0;
   std::optional<Vector3d> false_by_;
   std::deque<std::pair<Utime, Pose>> poses_;
