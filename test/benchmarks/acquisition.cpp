@@ -59,7 +59,7 @@ std::vector<Cell> cells_of(const Settings& settings, const std::string& target) 
 struct Outcome {
   Verdict verdict = Verdict::lost;
   double cpu_ms = 0;
-  double lead = std::nan("");  ///< of the truth's log-likelihood; NaN when not asked for
+  double lead = std::nan("");  ///< of the truth's log-likelihood; NaN when not requested
   std::string reason;
 };
 

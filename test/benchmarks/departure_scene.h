@@ -38,11 +38,11 @@ const std::vector<Departures>& departure_worlds(const std::filesystem::path& con
 /// longest axis where a fifth of the surface is farther out, from there on. What "turned" turns.
 Target with_appendage(Target target);
 
-/// What the estimator is told of a target: its mesh alone.
+/// The estimator's description of a target: its mesh alone.
 Target bare(Target target);
 /// ... or the parts that turn, and how far the surface is from the mesh (m, 1 sigma).
 Target described(Target target, double surface_sigma);
-/// m, 1 sigma: how far the surface of a world is from the mesh, as a description of it would say.
+/// m, 1 sigma: how far the surface of a world is from the mesh, as a description would state it.
 double surface_sigma(const Departures& world);
 
 /// One true world: the target in one pose, at rest, seen by a scanner with its own noise.
@@ -62,7 +62,7 @@ class DepartedScene {
 /// about as acquisition_survey shows it.
 class SceneMaker {
  public:
-  /// @param target as load_target() takes it; free it is 3 m long, held as its name says
+  /// @param target as load_target() takes it; free it is 3 m long, held as long as its name implies
   /// @param config directory of the configuration
   SceneMaker(const std::filesystem::path& config, const std::string& target, bool held);
 

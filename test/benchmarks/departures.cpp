@@ -33,7 +33,7 @@ struct Sighting {
   std::shared_ptr<const estimator::TargetModel> model;  ///< of the bare mesh
   /// Else as target.yaml would describe it, by the surface's sigma in m.
   std::map<double, std::shared_ptr<const estimator::TargetModel>> described;
-  std::shared_ptr<const PoseJudge> judge;  ///< of acquisition, where that is asked for
+  std::shared_ptr<const PoseJudge> judge;  ///< of acquisition, where requested
   std::vector<SurfacePoint> points;        ///< for the registration that we compare with
   std::shared_ptr<const SceneMaker> scenes;
 
@@ -102,7 +102,7 @@ struct CellResult {
   }
 };
 
-/// Of a cell: as many as were asked for, else so many that all of it ends within half an hour on
+/// Of a cell: as many as requested, else so many that all of it ends within half an hour on
 /// two cores.
 int trials_of(const Settings& settings, const Cell& cell) {
   if (settings.trials_given) return settings.trials;

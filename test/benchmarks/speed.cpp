@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Target 4: tracking speed and accuracy, beside PCL's registrations on the same clouds.
+// Target 4: tracking speed and accuracy, next to PCL's registrations on the same clouds.
 #include <algorithm>
 
 #include "test/benchmarks/reference_registration.h"

@@ -15,7 +15,7 @@ using estimator::ScanStrategy;
 
 constexpr double max_rms = 1.15;  // of the bound
 constexpr double max_p95 = 2.2;   // of the bound
-constexpr double min_ok = 0.99;   // of the trials; the target says nothing of it
+constexpr double min_ok = 0.99;   // of the trials; the target does not state it
 
 struct Cell {
   int error_case;

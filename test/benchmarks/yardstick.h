@@ -8,7 +8,7 @@ namespace berth::benchmark {
 
 /// Holds a row's figures against their targets. Strict: the figures themselves. Else, for a check
 /// of few trials on whatever machine: a target is missed where the 95 % interval of the figure
-/// excludes it, and processor time counts beside another program's only, by the caller.
+/// excludes it, and processor time is compared with another program's only, by the caller.
 class Yardstick {
  public:
   explicit Yardstick(bool strict) : strict_(strict) {}

@@ -46,7 +46,7 @@ struct Facility {
     command.sun_elevation_rad = radians(10.0);
     return command;
   }
-  /// Status and reason of what was asked last.
+  /// Status and reason of the last request.
   std::string answer() const {
     for (const command_answer_t& one : answers.answers) {
       if (one.seq == seq) {

@@ -15,7 +15,7 @@ using Catch::Matchers::Contains;
 namespace berth {
 namespace {
 
-/// A rig whose simulated cell is asked for faults over the bus.
+/// A rig whose simulated cell receives injections of faults over the bus.
 struct FaultyRig : Rig {
   FaultyRig() : Rig("range") {
     bus.subscribe<injection_state_t>(channels::injection_state, Queue::fifo(),

@@ -268,7 +268,7 @@ TEST_CASE("an answer that is none to the request closes the connection, which is
   const auto [at, value] = GENERATE(table<std::size_t, std::uint8_t>({
       {1, 9},  // another transaction
       {7, 4},  // another function
-      {8, 2},  // fewer registers than asked for
+      {8, 2},  // fewer registers than requested
   }));
   CAPTURE(at);
   Bytes spoilt = good;

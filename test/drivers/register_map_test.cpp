@@ -21,7 +21,7 @@ std::string map_text() {
   return text.str();
 }
 
-/// What loading says of the shipped map with one piece of text replaced.
+/// The error on loading the shipped map with one piece of text replaced.
 std::string complaint(const std::string& from, const std::string& to) {
   std::string text = map_text();
   const auto at = text.find(from);

@@ -12,7 +12,7 @@ using namespace berth;
 
 namespace {
 
-/// A body with a panel on a hinge beside it, and a mast of its own; the body is soft.
+/// A body with a panel on a hinge next to it, and a mast of its own; the body is soft.
 Target satellite() {
   Target target;
   target.name = "satellite";

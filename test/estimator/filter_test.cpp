@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The Kalman filter on SE(3): what it says of itself is true.
+// The Kalman filter on SO(3) x R3: its covariance is consistent.
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <limits>
@@ -33,7 +33,7 @@ Vector12d error_of(const PoseFilter& filter, const Pose& pose, const Velocity& v
   return e;
 }
 
-/// What noisy sightings of body-fixed points say of the motion; each at its own time.
+/// Information on the motion from noisy sightings of body-fixed points, each at its own time.
 struct Sightings {
   std::vector<Vector3d> body;
   std::vector<Vector3d> seen;
@@ -315,7 +315,7 @@ TEST_CASE("What the chaser knows of its own motion is not mistaken for the targe
 
 TEST_CASE("A target at rest is predicted from a sensor that turns and accelerates") {
   const Pose target = pose_from_xyzwpr({200, -100, 6000, 10, 20, 30});
-  // T_world_sensor: about a point beside the sensor, faster and faster.
+  // T_world_sensor: about a point next to the sensor, faster and faster.
   const Vector3d axis = Vector3d(0.3, 1, -0.2).normalized();
   const auto sensor = [&](double t) {
     const double angle = 0.03 * t + 0.02 * t * t;
@@ -334,7 +334,7 @@ TEST_CASE("A target at rest is predicted from a sensor that turns and accelerate
   filter.start(start, noise(), 0,
                {-(first.linear + first.angular.cross(start.position)), -first.angular},
                speed_variance(0.001, 0.001));
-  // Told in intervals of so many us, in two goes, the first one amid an interval.
+  // Reported in intervals of so many us, in two goes, the first one amid an interval.
   const auto carried = [&](std::int64_t interval) {
     const double step = static_cast<double>(interval) * 1e-6;
     SensorMotions motions;

@@ -26,7 +26,7 @@ const RangeGate cell_gate{1, 9};
 
 const Mesh panel = make_box({1.2, 0.5, 0.03});
 const Pose panel_pose{{0.95, 0, 0.1}, Quaterniond::Identity()};
-/// A small body with a mast, and beside it its panel: no two sides alike.
+/// A small body with a mast, and next to it its panel: no two sides alike.
 Mesh body() {
   Mesh mesh = make_box({0.7, 0.5, 0.5});
   mesh.append(make_box({0.1, 0.1, 0.6}), {{-0.2, 0.1, 0.5}, Quaterniond::Identity()});
@@ -318,7 +318,7 @@ TEST_CASE("The gradient of the odds is that of numeric differences") {
                                    : displaced(truth, random, 0.004, radians(0.2));
     const PoseOdds::At at = odds.at(off, annealing, 1);
     REQUIRE(at.expected > 50);
-    // Shares are held in the gradient, and of beams at rims nothing is said: small steps, and all
+    // Shares are held in the gradient, and beams at rims are left out: small steps, and all
     // directions together.
     Vector6d numeric;
     const double step = 1e-6;

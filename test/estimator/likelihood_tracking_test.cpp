@@ -399,7 +399,7 @@ TEST_CASE("Struts, slits and mixed pixels are what the integral over a beam's fo
   for (const double aside : {-0.013, -0.009, -0.006, 0.0, 0.005, 0.0079, 0.011}) {
     for (const double range :
          {std::numeric_limits<double>::infinity(), strut_range + 0.004, wall_range - 0.01}) {
-      // Two beams alike, beside each other along the strut.
+      // Two equal beams, side by side along the strut.
       PreprocessedScan scan;
       for (const double along : {-0.005, 0.005}) {
         Beam beam;

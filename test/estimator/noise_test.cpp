@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A LIDAR that is worse, better or slower than it says.
+// A LIDAR that is worse, better or slower than its profile states.
 #include "test/catch.h"
 #include "test/estimator/fold_fixture.h"
 
@@ -36,7 +36,7 @@ TEST_CASE("The noise is learnt from the returns, found and followed at a half an
     setup.options.likelihood_tracking.bare_surface_sigma_m = 1e-4;
     setup.lidar.beam.range_bias_m = 0;
     Loopback run(std::move(setup));
-    run.lidar.footprint = true;  // as the profile says
+    run.lidar.footprint = true;  // as in the profile
     run.lidar.pose = start_pose;
     run.lidar.beam.range_sigma_m *= factor;
     run.lidar.beam.azimuth_sigma_rad *= factor;

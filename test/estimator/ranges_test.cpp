@@ -31,7 +31,7 @@ EstimatorSetup rendezvous_setup() {
   return setup;
 }
 
-/// Follows a target that flies towards the sensor; what every estimate said beside the truth.
+/// Follows a target that flies towards the sensor; every estimate next to the truth.
 struct Flight {
   Loopback run;
   std::vector<Estimate> estimates;

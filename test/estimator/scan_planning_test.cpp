@@ -57,7 +57,7 @@ std::shared_ptr<const TargetModel> box_model(const Vector3d& size) {
   return compile_target_model(box, coarse);
 }
 
-/// No window asks for more beams than the scanner has steps in it.
+/// No window requests more beams than the scanner has steps in it.
 void check_steps(const std::vector<Window>& windows) {
   for (const Window& w : windows) {
     CHECK(w.width * w.height >= w.count * field.minimum_step * field.minimum_step);
@@ -169,7 +169,7 @@ TEST_CASE("Planned windows beat even ones with as many returns on every shape in
       int returns = 0;
       const double planned =
           rms_bound(scan_information(view, windows, &returns), model->canonical.half_length);
-      CHECK(returns > 0.4 * beams);  // beams past an edge tell, too
+      CHECK(returns > 0.4 * beams);  // beams past an edge are informative, too
       Window everywhere = planner.around({pose}, 0, 10000).front();
       int of_many = 0;
       scan_information(view, {everywhere}, &of_many);
@@ -348,7 +348,7 @@ TEST_CASE("An edge tells of its place as many beams that return before it, or no
   const ScanPlanner planner(*model, field, planner_options);
   const Pose pose{{0, 0, 6}, Quaterniond::Identity()};
   const PoseView view(*model, &planner.scene(), field.beam, planner_options, pose);
-  // About the middle of the right edge, 200 mm long and wide; more than the faces behind it say.
+  // About the middle of the right edge, 200 mm long and wide; the faces' information is subtracted.
   Window window{std::atan(1 / 6.0), 0, 0.2 / 6, 0.2 / 6, Pattern::raster, 1000, 0, ""};
   const PoseView faces(*model, nullptr, field.beam, planner_options, pose);
   const Matrix6d information = scan_information(view, {window}) - scan_information(faces, {window});

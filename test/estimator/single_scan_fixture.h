@@ -47,7 +47,7 @@ struct SingleScanFixture {
     return worst / model->target.length;
   }
   bool is_right(const Pose& pose) const { return max_residual(pose) < 0.03; }
-  /// Says so and is wrong.
+  /// Reports ok and is wrong.
   bool silently_wrong(const SingleScanResult& result) const {
     return result.status == SingleScanResult::Status::ok &&
            !is_right(result.candidates.front().pose);

@@ -14,7 +14,7 @@ using namespace berth::evaluation;
 namespace {
 
 struct Settings {
-  double before_noise = 1;  // times what the estimates' covariance says
+  double before_noise = 1;  // as a multiple of the estimates' stated sigma
   double after_noise = 1;
   int first_good_after = 0;  // of the estimates
 };

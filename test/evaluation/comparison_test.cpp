@@ -40,7 +40,8 @@ const std::string made_procedure =
     "  - {name: z, measurement: z_error, statistic: mean, phase: go, min: 0 mm, max: 10 mm}\n"
     "  - {name: near, measurement: surface_range, statistic: min, min: 3 m}\n";
 
-/// A run wrong by 5 mm along z for 10 s, and what its engine would have said, but for `edit`.
+/// A run wrong by 5 mm along z for 10 s, and the verdict its engine would have given, but for
+/// `edit`.
 void write_run(const fs::path& path, std::int64_t other_session = 0, bool with_text = true,
                const std::function<void(procedure_state_t&)>& edit = {},
                const std::string& text = made_procedure) {

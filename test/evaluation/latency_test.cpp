@@ -96,7 +96,7 @@ void take(LatencyCollector& collector, const char* channel, const Message& messa
   collector.take(event);
 }
 
-/// Joint 1 to and fro; the arm is there so much later than it was told to.
+/// Joint 1 to and fro; the arm is there so much later than commanded.
 void move_arm(LatencyCollector& collector, const char* command_channel, const char* state_channel,
               double delay, Random& random) {
   const auto joint = [](double t) { return 0.1 * std::sin(0.7 * t); };
@@ -228,13 +228,13 @@ TEST_CASE("what comes after a run was judged is not in its verdict") {
   RunRecord record = swung(0.05, 0, 1);
   const verdict_basis_t judged = record.basis();
   const std::size_t before = record.estimates().size();
-  // late: true within the phase, heard after the verdict
+  // late: true within the phase, received after the verdict
   auto late = made::estimate(made::start + 39700 * millisecond, swinging(39.7, 0.05));
   late.seq = judged.estimate_seq + 1;
   record.add(late);
   record.add(made::truth(judged.truth_utime + 8000, swinging(41, 0.05)));
   CHECK(record.estimates().size() == before + 1);
-  record.keep_judged();  // nothing says that it was judged
+  record.keep_judged();  // no record of a judgement
   CHECK(record.estimates().size() == before + 1);
   SECTION("by the log") { record.add(judged); }
   SECTION("by an event, in logs that are older than VERDICT_BASIS") {

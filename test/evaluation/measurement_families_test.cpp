@@ -26,7 +26,7 @@ Velocity velocity_on(const Path& path, double t) {
   return velocity_between(path(t - 1e-4), path(t + 1e-4), 2e-4);
 }
 
-/// Truth at 125 Hz along the path and true estimates at 2 Hz, changed as told.
+/// Truth at 125 Hz along the path and true estimates at 2 Hz, changed by the test.
 RunRecord flown(const Path& path, double duration_s, const Change& change = {},
                 double truth_sigma_m = 1 * mm) {
   RunRecord record;
@@ -332,7 +332,7 @@ TEST_CASE("a fault began when the simulated cell acknowledged its injection, wha
   record.add(injection);
   acknowledge(1, 0);
   CHECK(measured(record, "reaction_time").reason == "nothing was injected");
-  acknowledge(6, 1);  // said again
+  acknowledge(6, 1);  // repeated
   acknowledge(5, 1);
   CHECK(measured(record, "reaction_time").value == Approx(0.12));
   injection.seq = 2;

@@ -240,7 +240,7 @@ TEST_CASE("limits are judged in their units") {
 TEST_CASE("what cannot be decided is inconclusive") {
   const Vector6d error = error_of(0, 0, 13 * mm, 0, 0, 0);
   const RunRecord record = flown(error);
-  // Truth knows the error to 1 mm: 13 mm is within two sigmas of these limits.
+  // Truth's uncertainty of the error is 1 mm: 13 mm is within two sigmas of these limits.
   for (const char* limits : {"max: 14 mm", "max: 12 mm", "min: 12 mm", "min: 14 mm"}) {
     const auto result = judged(record, limits);
     CHECK(result.result == criterion_result_t::INCONCLUSIVE);

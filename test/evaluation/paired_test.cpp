@@ -82,7 +82,7 @@ TEST_CASE("No difference raises false alarms at the stated rate, a known shift i
 
 TEST_CASE("Pairs that hang together are drawn in blocks") {
   const Rates ignored = rates(300, 300, 0, 0.8, false, 1);
-  CHECK(ignored.found > 0.3);  // what happens to who takes them for independent
+  CHECK(ignored.found > 0.3);  // if they are taken for independent
   const Rates blocks = rates(300, 300, 0, 0.8, false, 0);
   CHECK(blocks.found < 0.11);
   CHECK(blocks.covered > 0.87);
@@ -148,7 +148,7 @@ TEST_CASE("What did not change is no difference, few pairs prove nothing") {
 }
 
 TEST_CASE("A difference far beyond chance is told from one that few pairs cannot prove") {
-  // Ten pairs can trade places in 1,024 ways; a hundred measurements ask for more.
+  // Ten pairs can trade places in 1,024 ways; a hundred measurements require more.
   Random random(17, "few");
   const auto p_of = [&random](double shift) {
     const Made made = made_pairs(random, 10, shift);

@@ -93,7 +93,7 @@ TEST_CASE("an estimate that shows the same target is as right as the one nearest
     estimate.linear_velocity_m_s[2] = -0.02;
     estimate.angular_velocity_rad_s[2] = radians(1.0);
     plain.add(estimate);
-    // The same knowledge of the same body, told of another point of it.
+    // The same pose and covariance of the same body, expressed at another point of it.
     pose_estimate_t other = estimate_off(i, error, motion);
     const Vector3d lever = Vector3d::Map(other.position_m) - Vector3d::Map(estimate.position_m);
     Matrix6d jacobian = Matrix6d::Identity();

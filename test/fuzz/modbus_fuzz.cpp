@@ -17,7 +17,7 @@ using namespace berth;
 namespace {
 
 constexpr const char* device = "127.0.0.1:50299";
-constexpr const char* server_address = "127.0.0.1:50298";  // dialled by nobody
+constexpr const char* server_address = "127.0.0.1:50298";  // never dialled
 
 void run_until(ProcessLoop& loop, const std::function<bool()>& done) {
   while (!done()) {

@@ -114,7 +114,7 @@ TEST_CASE("damage anywhere in a log costs the message it hit, is told, and is me
       CHECK(r.written == 299);
       CHECK(r.damaged_bytes == begins[hit + 1] - begins[hit]);
       CHECK(after.sound(false));
-      CHECK(after.missing_events == 1);  // the numbers still tell
+      CHECK(after.missing_events == 1);  // the sequence numbers still show it
     } else if (what == 2) {
       CHECK(i.undecodable() == 1);
       CHECK(r.written == 299);

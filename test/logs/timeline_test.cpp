@@ -138,7 +138,7 @@ TEST_CASE("without heartbeats only a silence that chance cannot make is a step",
   const auto after = [&](Utime silence) { return even(before.back().utime + silence, 100); };
   CHECK(Laid(before + after(hour)).steps().size() == 1);
   CHECK(Laid(before + after(hour)).positions[150] == 1490 * millisecond);
-  CHECK(Laid(before + after(30 * second)).steps().empty());  // nobody minds
+  CHECK(Laid(before + after(30 * second)).steps().empty());  // no step
   // Two of one size do not excuse each other.
   CHECK(Laid(before + after(hour) + even(before.back().utime + 2 * hour, 100)).steps().size() == 2);
   // A log that is silent again and again is like that.
@@ -146,7 +146,7 @@ TEST_CASE("without heartbeats only a silence that chance cannot make is a step",
   for (int i = 0; i < 30; ++i) bursts = bursts + even(made::start + i * 300 * second, 20);
   CHECK(Laid(bursts).steps().empty());
   CHECK(Laid(bursts).timeline->duration() == 29 * 300 * second + 190 * millisecond);
-  // Of a few events nobody knows how they come.
+  // A few events are too few to estimate their rate.
   const std::vector<Event> few = {
       {made::start}, {made::start + 10 * second}, {made::start + 200 * second}};
   CHECK(Laid(few).steps().empty());

@@ -160,7 +160,7 @@ TEST_CASE("a criterion that only an outside GNC can meet is left to it") {
                    "phase: there, max: 3.7 m}\n"));
   };
   CHECK(after("guided: {by: my-gnc, for: 1 min, speed: 50 mm/s}").empty());
-  // once the arms have been told where to be, that is known again
+  // once the arms have been commanded to a pose, it is known again
   CHECK_THAT(after("guided: {by: my-gnc, for: 1 min, speed: 50 mm/s}\n"
                    "  - move: {to: [0, 0, 5000, 0, 0, 0], speed: 200 mm/s}"),
              Contains("if all goes as planned"));

@@ -138,7 +138,7 @@ TEST_CASE("control is taken from somebody only explicitly") {
                               event.text.find("bob has taken control over from alice") == 0);
   }
   CHECK(published);
-  // who had it does not get it back by keeping it
+  // the former holder does not get it back by keeping it
   two.send("alice", Command::KEEP_CONTROL);
   two.send("alice", Command::RESUME);
   CHECK(two.control.holder == "bob");

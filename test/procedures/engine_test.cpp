@@ -48,7 +48,7 @@ TEST_CASE("a good run passes, and its log says the same, number for number") {
 TEST_CASE("an estimate that comes after the verdict changes nothing of it") {
   EngineBench bench;
   CHECK(bench.run() == procedure_state_t::PASS);
-  // A machine under load: true while the target was tracked, heard after the run was judged.
+  // A machine under load: true while the target was tracked, received after the run was judged.
   pose_estimate_t late{};
   late.utime = bench.step("hold").utime_start + 100 * millisecond;
   late.seq = 1000000;
@@ -386,7 +386,7 @@ TEST_CASE("a hold is never too early or too late") {
     CHECK(bench.node->state().state == procedure_state_t::PREPARING);
     bench.command(procedure_command_t::HOLD);
     bench.run_to(procedure_state_t::HELD);
-    bench.run_for(0.2);  // until the testbed has heard it
+    bench.run_for(0.2);  // until the testbed has received it
     const auto last = bench.testbed->obeyed.back();
     CHECK(last.command == testbed_command2_t::HOLD);
     bench.run_for(2);
@@ -404,7 +404,7 @@ TEST_CASE("a hold is never too early or too late") {
     bench.run_for(0.5);
     bench.command(procedure_command_t::HOLD);
     bench.run_to(procedure_state_t::HELD);
-    bench.run_for(0.2);  // until the testbed has heard it
+    bench.run_for(0.2);  // until the testbed has received it
     CHECK(bench.testbed->obeyed.back().command == testbed_command2_t::HOLD);
   }
   SECTION("in the teardown: its motion is stopped, the rest is left out") {

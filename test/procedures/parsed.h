@@ -20,7 +20,7 @@ inline Procedure parsed_step(const std::string& step) {
   return parsed_steps("  - acquire: {}\n  - " + step + "\n");
 }
 
-/// What the parser says against a text; empty if nothing.
+/// The parser's error for a text; empty: none.
 inline std::string complaint(const std::string& text, const Overrides& overrides = {}) {
   try {
     parse_procedure(text, "p.yaml", overrides);

@@ -18,7 +18,7 @@ struct Follower {
     for (Utime t = start; t < start + second; t += step) tick(t);  // at rest first
   }
 
-  /// Joints told at t: all but the last swing, each in its own time, none faster than `speed`.
+  /// Joints commanded at t: all but the last swing, each in its own time, none faster than `speed`.
   Joints commanded(Utime t) const {
     Joints joints{};
     const double s = phase_at(t);

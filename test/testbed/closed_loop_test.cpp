@@ -14,8 +14,8 @@ namespace {
 
 using Catch::Matchers::Contains;
 
-/// The testbed on the twin's bus, with an ear for GUIDANCE_STATE, and an outside GNC that says the
-/// same set-point ten times a second.
+/// The testbed on the twin's bus, with a subscription to GUIDANCE_STATE, and an outside GNC that
+/// publishes the same set-point ten times a second.
 struct GuidedCell : FakeCell {
   explicit GuidedCell(const std::filesystem::path& config = "config") : FakeCell("range", config) {
     loop = &simulation.make_loop();
@@ -110,7 +110,7 @@ TEST_CASE("a target that turns during the approach is followed; the arms deliver
   GuidedCell::turn_target(command, radians(25.0) * Vector3d(0.3, 1, 0.2).normalized(), 20);
   const std::int64_t seq = cell.send(command);
   cell.run_for(6.0);
-  // at first nothing but the estimate knows of it
+  // at first only the estimate shows it
   const double seen = angle_between(cell.relative(), Pose{});
   CHECK(seen > radians(0.5));
   REQUIRE(cell.finished(seq, 120));

@@ -108,7 +108,7 @@ TEST_CASE("an approach is refused without a good estimate, or from within the st
   CHECK_THAT(*reason, Contains("s old"));
   reason = flight.guidance.approach(
       flight.now, start * Pose{Vector3d(0.4, 0, 0), Quaterniond::Identity()}, 4.0, limits);
-  CHECK_FALSE(reason);  // the history says where the arms really were told to be
+  CHECK_FALSE(reason);  // the history has the commanded positions of the arms
 }
 
 TEST_CASE("the estimate is flown by wherever the arms were told to be") {

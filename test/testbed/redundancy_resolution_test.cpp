@@ -11,7 +11,7 @@
 namespace berth::testbed {
 namespace {
 
-/// Where two arms may be asked to bring the replica: in front of the sensor, turned by up to
+/// Where two arms may be commanded to bring the replica: in front of the sensor, turned by up to
 /// `turn`.
 Pose random_goal(const Bench& bench, double turn, Random& random) {
   Pose goal = bench.home_pose();

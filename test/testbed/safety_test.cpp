@@ -217,7 +217,7 @@ TEST_CASE("an estimate is measured against truth of its time, with the uncertain
   };
   CHECK_FALSE(wrong_by(0.10, 0.005));
   CHECK(wrong_by(0.13, 0.005));
-  CHECK_FALSE(wrong_by(0.13, 0.02));  // it says so itself
+  CHECK_FALSE(wrong_by(0.13, 0.02));  // its covariance covers it
   CHECK(wrong_by(0.5, 0.02));
   watch.forget();
   CHECK_FALSE(watch.contradiction());

@@ -316,7 +316,7 @@ TEST_CASE("an approach by the estimate alone ends at the standoff, whatever the 
   FakeCell cell;
   cell.take_lease();
   REQUIRE(cell.finished(cell.send(cell.move_to(start_pose)), 30));
-  // the world is as the estimate says: 8 mm and 0.2 degrees from nominal, constant
+  // the world is as estimated: 8 mm and 0.2 degrees from nominal, constant
   cell.estimator->offset << 0.005, -0.004, 0.006, 0.002, -0.002, 0.003;
   cell.estimator->silent = false;
   cell.run_for(3.0);
@@ -387,7 +387,7 @@ TEST_CASE("a stale or lost estimate holds the approach; good ones let it go on")
     CHECK(cell.state.state == testbed_state_t::HELD);
     cell.estimator->silent = false;
     cell.run_for(5.0);
-    CHECK(cell.state.state == testbed_state_t::HELD);  // a person must say so
+    CHECK(cell.state.state == testbed_state_t::HELD);  // it needs a person's command
     cell.send(testbed_command2_t::RESUME);
     REQUIRE(cell.finished(seq, 60));
   }
@@ -709,7 +709,7 @@ TEST_CASE("faults stop the arms at once, and say what it takes to go on") {
     CHECK(cell.sensor->holds == 1);
     CHECK(cell.sensor->last_hold - silent_since < 180 * millisecond);
     cell.run_for(1.5);
-    CHECK(cell.replica->holds > 1);  // as far as is known he still moves
+    CHECK(cell.replica->holds > 1);  // as far as is known it still moves
     cell.replica->silent = false;
     cell.run_for(1.5);
     INFO(cell.state.reason);

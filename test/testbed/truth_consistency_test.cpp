@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether truth's covariance is right: worlds are drawn as the calibration says that they may be,
+// Whether truth's covariance is right: worlds are drawn from the calibration's covariance,
 // and truth's error in them, squared over its covariance, has to be chi squared of six degrees.
 #include <Eigen/Cholesky>
 #include <boost/math/distributions/chi_squared.hpp>
@@ -199,7 +199,7 @@ TEST_CASE("a cell as of the world `lab` is as wrong as truth claims without a ca
   }
   INFO(mean);
   CHECK(mean < 6.6);  // 6, and what 300 worlds may be above it once in a thousand
-  CHECK(mean > 4.5);  // nor far less than it says
+  CHECK(mean > 4.5);  // nor far below its expectation
 }
 
 }  // namespace

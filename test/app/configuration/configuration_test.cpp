@@ -13,7 +13,7 @@ using Catch::Contains;
 
 namespace {
 
-/// The file is as its readers say; written anew where BERTH_RENEW is set.
+/// The file agrees with its readers; it is rewritten when BERTH_RENEW is set.
 void in_step(const std::string& file, const std::string& expected) {
   INFO("BERTH_RENEW=1 ./berth test -R test_configuration writes " + file + " anew");
   if (std::getenv("BERTH_RENEW") != nullptr) write_file(file, expected);

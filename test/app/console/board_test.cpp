@@ -16,7 +16,7 @@ json parsed(const BoardMessage& message) {
   return json::parse(*message.text);
 }
 
-/// A page: it knows the board only by messages.
+/// A page: it sees the board only through messages.
 struct Page {
   std::uint64_t revision = 0;
   json sections = json::object();

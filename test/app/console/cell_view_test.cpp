@@ -184,7 +184,7 @@ TEST_CASE("returns come as they are scanned, and a new scan begins anew") {
   shown.receive(channels::scan_data, packet_of(6, {4.0F}), made::start);
   shown.view.flush(made::start);
   CHECK(shown.board.lists["returns"].size() == 3);
-  CHECK(shown.board.sections["scan"].at("windows").empty());  // its request was not heard
+  CHECK(shown.board.sections["scan"].at("windows").empty());  // its request was not received
 }
 
 TEST_CASE("both returns of a beam are shown, from where the beam left") {
@@ -273,7 +273,7 @@ TEST_CASE("the ellipsoid's axes are those of the covariance") {
 TEST_CASE("the word for the whole cell is that of the worst that is so") {
   const Utime now = made::start;
   LatestMessages latest;
-  CHECK(cell_status(latest, now).word == "attention");  // nobody is heard
+  CHECK(cell_status(latest, now).word == "attention");  // no messages
   latest.beats["testbed"] = now;
   CHECK(cell_status(latest, now).word == "safe");
   latest.replica_arm = arm_at({}, now);
@@ -282,7 +282,7 @@ TEST_CASE("the word for the whole cell is that of the worst that is so") {
   latest.procedure.emplace();
   latest.procedure->state = procedure_state_t::HELD;
   CHECK(cell_status(latest, now).word == "held");
-  // a testbed that was told to hold is degraded, and as it should be
+  // a testbed that was commanded to hold is degraded, and rightly
   latest.testbed.emplace();
   latest.testbed->state = testbed_state_t::HELD;
   latest.nodes["testbed"].state = node_status_t::DEGRADED;
@@ -295,7 +295,7 @@ TEST_CASE("the word for the whole cell is that of the worst that is so") {
   const CellStatus degraded = cell_status(latest, now);
   CHECK(degraded.word == "attention");
   CHECK(degraded.why.find("no answer") != std::string::npos);
-  CHECK(degraded.why.find("200 mm/s") != std::string::npos);  // that it moves is said still
+  CHECK(degraded.why.find("200 mm/s") != std::string::npos);  // the motion is reported still
   latest.facility.emplace();
   latest.facility->valid = true;
   latest.facility->fence_closed = true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What pages ask, and what comes of it on the bus.
+// Requests of pages, and the commands that they cause on the bus.
 #include <berth/operator_control_t.hpp>
 
 #include "app/console/control/command_handler.h"
@@ -23,7 +23,7 @@ const std::string long_move =
     "    timeout: 60 s\n"
     "  - wait: 2 s\n";
 
-/// Viewers at a console, beside the fake cell; with or without a procedure in it.
+/// Viewers at a console next to the fake cell, with or without a procedure in it.
 class Pages {
  public:
   explicit Pages(Bus& the_bus, Loop& the_loop)
@@ -58,7 +58,7 @@ class Pages {
                const nlohmann::json& arguments = none, const std::string& confirm = "") {
     handler.take({viewer, ++id, name, arguments, confirm});
   }
-  /// The answer to what was asked last; nothing has come: an id of 0.
+  /// The answer to the last request; id 0 while there is none.
   Answer last(const std::string& viewer) {
     for (const Answer& answer : answers[viewer]) {
       if (answer.id == id) return answer;
@@ -95,14 +95,14 @@ struct WithProcedure {
     bench.run_to(procedure_state_t::RUNNING);
     bench.run_for(1);
   }
-  /// Asks, and waits for the answer.
+  /// Sends the request and waits for the answer.
   Answer request(const std::string& viewer, const std::string& name,
                  const nlohmann::json& arguments = none, const std::string& confirm = "") {
     pages.request(viewer, name, arguments, confirm);
     bench.run_for(0.6);
     return pages.last(viewer);
   }
-  /// Asks twice, as a person does who says yes.
+  /// Sends the request and then its confirmation, as a person who answers yes.
   Answer insist(const std::string& viewer, const std::string& name,
                 const nlohmann::json& arguments = none) {
     const Answer first = request(viewer, name, arguments);
@@ -126,7 +126,7 @@ struct WithProcedure {
   Pages pages{*bench.operator_bus, bench.simulation.make_loop()};
 };
 
-/// The nodes of a cell, and nobody who runs a procedure.
+/// The nodes of a cell, without a procedure.
 struct CellAlone {
   CellAlone() { simulation.run_for(2 * second); }
   Answer request(const std::string& viewer, const std::string& name,
@@ -467,7 +467,7 @@ TEST_CASE("control of the cell becomes control of the procedure that begins in i
   script.move_takes_s = 4;
   fake::EngineBench bench(script, long_move);
   Pages pages(*bench.operator_bus, bench.simulation.make_loop());
-  // the console is there first; the engine is silent until its nodes are heard
+  // the console is there first; the engine is silent until it has received its nodes' messages
   bench.run_for(0.3);
   pages.page_alive = "viewer-1";
   pages.request("viewer-1", "take_control");

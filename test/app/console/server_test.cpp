@@ -23,7 +23,7 @@ using nlohmann::json;
 
 namespace {
 
-/// A server of a small page and a library beside it, on a port of its own.
+/// A server of a small page and a library, on a port of its own.
 struct Rig {
   TemporaryDirectory files;
   Board board;
@@ -213,7 +213,7 @@ TEST_CASE("two consoles that have one port at two addresses each tell their own 
   other.start();
   CHECK(one.server->url() == "http://127.0.0.1:" + std::to_string(port) + "/");
   CHECK(other.server->url() == "http://127.0.0.2:" + std::to_string(port) + "/");
-  Rig third;  // at an address that is taken: the next port, and that is what it tells
+  Rig third;  // at an address that is taken: the next port, which is reported
   third.options.port = port;
   third.options.ports_to_try = 200;
   CHECK(third.start() != port);

@@ -31,7 +31,7 @@ void replace(const fs::path& file, const std::string& what, const std::string& b
   std::ofstream(file) << changed;
 }
 
-/// A cell's run directory, and the configuration of somebody who examines it.
+/// A cell's run directory, and the configuration of the examination.
 struct ExaminedCell {
   ExaminedCell() {
     RunRequest request;
@@ -54,7 +54,7 @@ struct ExaminedCell {
   }
   void start() { cell = start({SIMULATED_CELL}); }
 
-  /// Until the cell says that it is so.
+  /// Until the cell reports it.
   void inject(const std::string& device, const std::string& fault) {
     ProcessLoop loop(clock_offset_now());
     LcmBus bus(files.url, loop);

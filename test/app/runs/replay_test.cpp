@@ -61,7 +61,7 @@ struct Played {
             [this](std::size_t place) { jumps.push_back(place); }) {
     player.start(wall);
   }
-  /// Runs at the times the player asks for, until this one.
+  /// Runs at the times the player requests, until this one.
   void play(Utime duration) {
     const Utime end = wall + duration;
     while (const auto due = player.next_due()) {
@@ -95,7 +95,7 @@ TEST_CASE("Messages are played at their times from each other, and the tail is n
 
 TEST_CASE("A late player makes up for it and does not drift") {
   Played played;
-  played.player.run(played.wall + 95 * millisecond);  // asked for at 0, 10, 20 ...
+  played.player.run(played.wall + 95 * millisecond);  // requested at 0, 10, 20 ...
   CHECK(played.numbers.size() == 10);
   CHECK(*played.player.next_due() == played.wall + 100 * millisecond);
 }

@@ -12,7 +12,7 @@ using Catch::Matchers::EndsWith;
 
 namespace {
 
-/// Two ends: what is written into one is read from the other. The clock is told.
+/// Two ends: what is written into one is read from the other. The clock is set by the test.
 class Ends {
  public:
   enum class Kind { terminal, pipe };

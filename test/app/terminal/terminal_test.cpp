@@ -183,7 +183,7 @@ TEST_CASE("control is taken and given back by one key, and taken over only by a 
   CHECK(sent.size() == 2);
   CHECK_THAT(text_of(keys.lines()), Contains("alice has control: once more takes it over"));
   held_by("bob");
-  keys.type('c');  // somebody else than he was told of
+  keys.type('c');  // another holder than the operator was shown
   CHECK(sent.size() == 2);
   keys.type('c');
   REQUIRE(sent.size() == 3);

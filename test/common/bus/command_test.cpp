@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Commands and their answers: who sends one knows how it ended, whatever is lost on the way.
+// Commands and their answers: the sender learns the outcome, whatever is lost on the way.
 #include <berth/facility_command_t.hpp>
 #include <map>
 #include <memory>

@@ -29,7 +29,7 @@ std::string raw(T value) {
   return bytes;
 }
 
-/// Points with an array, intensity, time and sigma beside them; in an organised cloud every tenth
+/// Points with an array, intensity, time and sigma; in an organised cloud every tenth
 /// is empty.
 struct Sample {
   std::size_t width = 100;

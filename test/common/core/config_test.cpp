@@ -9,7 +9,7 @@ using Catch::Contains;
 
 namespace {
 
-/// What the reader says of this text when read as a lidar's configuration.
+/// The reader's error for this text when read as a lidar's configuration.
 std::string complaint(const std::string& text) {
   try {
     Config config = Config::parse(text, "lidar.yaml");

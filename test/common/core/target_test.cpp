@@ -16,7 +16,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// A bus of 1 x 1 x 1 m with an array of 2 x 0.5 m beside it that is hinged at x = 0.5 m, all in
+/// A bus of 1 x 1 x 1 m with an array of 2 x 0.5 m next to it that is hinged at x = 0.5 m, all in
 /// millimetres; the array's inner corners are the bus's own vertices.
 const char* const satellite_obj =
     "g bus\n"
@@ -69,7 +69,7 @@ TEST_CASE("a target's folder says what is known of its parts, joints and ports")
   CHECK(target.parts[0].surface_sigma == Approx(0.001));
   CHECK(target.parts[1].name == "array");
   CHECK(target.parts[1].surface_sigma == Approx(0.002));
-  CHECK(target.parts[1].correlation_length == Approx(0.2));  // as the default part says
+  CHECK(target.parts[1].correlation_length == Approx(0.2));  // as in the default part
   CHECK(target.parts[1].material.reflectivity == Approx(0.4));
   CHECK(target.parts[1].scan == ScanPreference::avoid);
   REQUIRE(target.parts[1].joint);

@@ -59,10 +59,10 @@ struct SceneAndLidar {
   SimulatedLidar lidar;
 };
 
-/// Stands before a device and changes what it says.
+/// A proxy in front of a device that changes its messages.
 class Meddler {
  public:
-  /// Of what the device says; nothing: it is not passed on.
+  /// The changed message; none: it is dropped.
   using Change = std::function<std::optional<Message>(const Message&)>;
 
   Meddler(ProcessLoop& loop, const std::string& address, const std::string& device, Change change) {

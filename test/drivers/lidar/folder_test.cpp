@@ -129,7 +129,7 @@ TEST_CASE("a file is taken once it is closed or renamed into the folder, not bef
 TEST_CASE("a bad file is reported by name and line, and the next good one is the scan") {
   FolderBench bench;
   bench.order(1);
-  // A PLY that says how many vertices it has tells that it is half written.
+  // A PLY declares its number of vertices: a half written one is recognised.
   const std::string head =
       "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
       "property float z\nend_header\n0 0 5\n";

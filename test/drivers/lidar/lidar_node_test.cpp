@@ -255,7 +255,7 @@ TEST_CASE("a driver that starts before its LIDAR waits for it") {
 
 namespace {
 
-/// A device that says what a test tells it to.
+/// A device whose messages are set by the test.
 struct OddDevice {
   OddDevice(Simulation& simulation,
             std::function<void(lidar::Connection&, const lidar::Message&)> on)

@@ -30,7 +30,7 @@ struct Directory {
   std::filesystem::path path;
 };
 
-/// An adapter in a loop, and all it says.
+/// An adapter in a loop, and all its messages.
 struct PlaybackBench {
   explicit PlaybackBench(LidarDevice device) : adapter(make_adapter(device, ilris(), loop)) {
     adapter->start({[this] { ++readied; }, [this](const Message& message) { take(message); },
@@ -87,7 +87,7 @@ void write_event(lcm::LogFile& log, const char* channel, Utime utime, const Mess
   log.writeEvent(&event);
 }
 
-/// Scans of three beams, the first one recorded 20 ms after it was asked for, one every second; the
+/// Scans of three beams, the first one recorded 20 ms after its request, one every second; the
 /// second aborted. In the older type.
 void write_log(const std::filesystem::path& path) {
   lcm::LogFile log(path.string(), "w");

@@ -88,7 +88,7 @@ TEST_CASE(
   BeamModel keen;
   keen.min_echo = 0.05;
   CHECK(received(split(1, 5.0, 6.0), keen)->range == Approx(5.0));
-  CHECK(received(split(1, 5.0, 0))->range == Approx(5.0));  // nothing beside it
+  CHECK(received(split(1, 5.0, 0))->range == Approx(5.0));  // nothing next to it
   CHECK_FALSE(received(split(0, 0, 0)));
 }
 

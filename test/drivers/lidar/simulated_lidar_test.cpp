@@ -18,7 +18,7 @@ using namespace berth::lidar;
 
 namespace {
 
-/// The device on its wire and a host that keeps all it says.
+/// The device on its wire and a host that keeps all its messages.
 struct Bench {
   explicit Bench(SimulatedLidarSettings settings = {}, std::uint64_t seed = 1,
                  LidarProfile profile = ilris())
@@ -279,7 +279,7 @@ TEST_CASE("noise is the profile's, in range and in both angles") {
   double sum = 0;
   double squares = 0;
   for (const BeamReturn& beam : beams) {
-    CHECK(double{beam.azimuth_rad} == Approx(stare.azimuth).margin(1e-7));  // as it was told
+    CHECK(double{beam.azimuth_rad} == Approx(stare.azimuth).margin(1e-7));  // as ordered
     const double error = double{beam.range_m} - 5 / std::cos(stare.azimuth + stare.elevation);
     sum += error;
     squares += error * error;
@@ -380,7 +380,7 @@ TEST_CASE("its configuration file is read strictly") {
     CHECK_NOTHROW(read_receiver(file.path(), receiver));
     CHECK_NOTHROW(load_lidar_profile(file.path()));
   }
-  // A key under its former name says what it is called.
+  // The error for a key under its former name gives the present one.
   TemporaryDirectory directory;
   const auto old = directory.path() / "old.yaml";
   write_file(old, read_file("config/simulation_lidar.yaml") + "least_intensity: 10\n");
@@ -499,7 +499,7 @@ TEST_CASE("at the edge of a plate before a wall ranges are mixed, elsewhere not"
   };
   const double half = 0.5 * BeamModel().footprint(5.1);
   const auto place = [](const BeamReturn& beam) {
-    return 5 * std::tan(double{beam.azimuth_rad}) - 1;  // of the beam's middle beside the edge
+    return 5 * std::tan(double{beam.azimuth_rad}) - 1;  // from the edge to the beam's middle
   };
   const auto depth_of = [](const BeamReturn& beam) {
     return double{beam.range_m} * std::cos(double{beam.azimuth_rad}) - 5;

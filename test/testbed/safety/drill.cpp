@@ -70,7 +70,7 @@ bool goes_on(World& world, const Drill& drill) {
     const auto& now = world.motion.back();
     return world.state.state == expected && now.speed[0] > still && now.speed[1] > still;
   };
-  // Who is refused, since the last scan began before the mending, says it again.
+  // A command refused because the last scan began before the fault was removed is sent again.
   double left = time_to_go_on;
   for (; left > 4 && drill.command == testbed_command2_t::RESUME; left -= 2) {
     if (world.run_until(moves, 2)) return true;

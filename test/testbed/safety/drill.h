@@ -17,7 +17,7 @@ struct Drill {
   std::function<void(World&)> begin;
   /// Puts right what can be put right without a new run; empty: nothing can.
   std::function<void(World&)> mend;
-  /// What a person says then; RESUME behind a RESET.
+  /// The operator's command then; RESUME follows a RESET.
   std::optional<std::int8_t> command;
   /// Whether what is out now contradicts what is so; empty: the fault itself is the first sign.
   std::function<bool(World&)> contradicts;

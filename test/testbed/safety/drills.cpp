@@ -29,10 +29,10 @@ std::function<void(World&)> continued(const std::string& node) {
 }
 void cleared(World& world) { world.clear_faults(); }
 
-/// Farther from where it was told to be than a joint may.
+/// Farther from its commanded position than a joint may be.
 bool strays(World& world) { return world.lag() > radians(1.0); }
 
-/// An estimate that says it is good and is further from truth than the supervisor allows.
+/// An estimate that is stated as good and is further from truth than the supervisor allows.
 bool estimate_is_wrong(World& world) {
   const auto& estimate = world.estimate;
   if (!estimate || estimate->status != pose_estimate_t::OK) return false;

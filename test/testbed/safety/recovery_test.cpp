@@ -119,7 +119,7 @@ TEST_CASE("after an alarm is put right and reset the same run goes on") {
   CHECK(run.state.steps[0].state == procedure_step_t::RUNNING);
   const Joints stands = run.replica();
 
-  // Neither helps while the condition stands, and both say which.
+  // Neither helps while the condition stands, and both refusals name it.
   CHECK_THAT(run.request(procedure_command_t::RESUME), Contains(alarm));
   CHECK_THAT(run.request(procedure_command_t::RESET), Contains(alarm));
   run.world.clear_faults();

@@ -32,7 +32,7 @@ measurements: [position_error]
 
 Manifest manifest() { return parse_manifest(manifest_text, "few.yaml"); }
 
-/// What happens in a trial, beside its result.
+/// What happens in a trial, apart from its result.
 using Happening = std::function<void(const Trial&)>;
 
 /// A number that follows from the trial; no estimator.

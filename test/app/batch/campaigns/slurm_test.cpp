@@ -99,7 +99,7 @@ TEST_CASE("a task's script runs its line's blocks and leaves its exit code, what
   const SlurmFolder folder{campaign.directory() / "slurm" / "1"};
   fs::create_directories(folder.path);
   write_file(folder.tasks(), text_of({{0, 3, 30}, {5, 1, 10}}));
-  // Instead of berth: says what it was called with, and fails.
+  // Stands in for berth: prints its arguments and fails.
   const fs::path program = directory.path / "it's berth";
   write_file(program, "#!/bin/sh\nfor word in \"$@\"; do echo \"<$word>\"; done\nexit 7\n");
   fs::permissions(program, fs::perms::owner_all);

@@ -21,7 +21,7 @@ namespace {
 
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
-/// Questions as a night asks them: many say nearly the same, some have wild values, some are
+/// Tests of a night: many are correlated, some have outliers, some are
 /// missing in a few runs.
 std::vector<Test> made_up(Random& random, std::size_t groups, std::size_t before,
                           std::size_t after) {

@@ -118,7 +118,7 @@ TEST_CASE("Another method gives other estimates of the same scans, and a log tha
   CHECK(run.after.info()->configuration_hash != run.before.info()->configuration_hash);
   for (const auto& estimate : run.after.estimates()) CHECK(estimate.scan_id > 0);
 
-  // The log of the new run is estimated again as it says.
+  // The log of the new run is estimated again with its recorded configuration.
   TemporaryDirectory third;
   fs::copy_file(run.again / "run.lcm", third / "new.lcm");
   CHECK(again(third / "new.lcm", third / "again", {}).result.identical());
@@ -144,7 +144,7 @@ TEST_CASE(
   std::ofstream(old / "config" / "estimator.yaml") << text;
   const BatchRun run = again(old, folder / "again", {});
   CHECK(run.error == "");
-  CHECK(run.result.identical());  // it was estimated so, and only says otherwise
+  CHECK(run.result.identical());  // it was estimated so, only its record differs
   CHECK_THAT(read_file(run.again / "config" / "estimator.yaml"),
              Catch::Contains("method: hypotheses") && Catch::Contains("method: likelihood") &&
                  Catch::Contains("drop_out") && Catch::Contains("max_scan_time") &&
@@ -166,7 +166,7 @@ TEST_CASE("An estimator that acquires later still obeys the commands of its run"
   changes.set = {"acquisition.hypotheses.min_returns=100000"};
   const BatchRun run = again(recorded().run.directory, folder.path(), changes);
   CHECK(run.error.empty());
-  CHECK(run.result.estimates >= run.result.recorded);  // of every scan it says something
+  CHECK(run.result.estimates >= run.result.recorded);  // at least one of every scan
   for (const auto& estimate : run.after.estimates()) CHECK(!estimate.ok());
   CHECK(run.change.verdict() == "worse");
 }
