@@ -29,7 +29,7 @@ Vector6d drawn_from(const Matrix6d& factor, Random& random) {
 
 }  // namespace
 
-TEST_CASE("an answer may say that it does not know, but not be silently wrong", "[judge]") {
+TEST_CASE("an answer may be ambiguous, but not silently wrong", "[judge]") {
   CHECK(verdict(Status::found, {at(1)}, 1) == Verdict::right);
   CHECK(verdict(Status::found, {at(2), at(1)}, 1) == Verdict::silently_wrong);
   CHECK(verdict(Status::ambiguous, {at(2), at(1)}, 1) == Verdict::ambiguous_with_truth);
@@ -73,7 +73,7 @@ TEST_CASE("errors drawn from a covariance are consistent with it", "[judge]") {
   CHECK_FALSE(within_three_sigma(Vector6d::Zero(), Matrix6d::Constant(std::nan(""))));
 }
 
-TEST_CASE("reliability tells honest probabilities from boasts", "[judge]") {
+TEST_CASE("reliability distinguishes calibrated probabilities from overconfident ones", "[judge]") {
   Random random(4, "reliability");
   Reliability honest;
   Reliability boast;

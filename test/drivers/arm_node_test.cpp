@@ -233,7 +233,7 @@ TEST_CASE("HOLD that finds no connection is written as soon as there is one") {
   CHECK(after < 130);
 }
 
-TEST_CASE("a controller that refuses HOLD is asked again until it takes it") {
+TEST_CASE("a HOLD that a controller refuses is repeated until it takes it") {
   ArmBench bench;
   bench.start_arm();
   bench.stream(0.5, turning(bench, 0.2));
@@ -248,7 +248,7 @@ TEST_CASE("a controller that refuses HOLD is asked again until it takes it") {
   CHECK(after < 20);
 }
 
-TEST_CASE("without its connection for set-points an arm is not started, and that is told") {
+TEST_CASE("without its connection for set-points an arm is not started, and that is reported") {
   ArmBench bench;
   bench.start_driver();
   bench.simulation.run_for(500 * millisecond);
@@ -263,7 +263,7 @@ TEST_CASE("without its connection for set-points an arm is not started, and that
   CHECK(bench.status.state == node_status_t::READY);
 }
 
-TEST_CASE("a HOLD is obeyed whatever its session, age or order, and told by name") {
+TEST_CASE("a HOLD is obeyed whatever its session, age or order, and reported by name") {
   ArmBench bench;
   bench.start_arm();
   bench.stream(0.5, turning(bench, 0.2));
@@ -431,7 +431,7 @@ TEST_CASE("joints that the controller does not vouch for are marked so") {
   CHECK(bench.last().valid);
 }
 
-TEST_CASE("a controller whose tick stands still is not believed") {
+TEST_CASE("the joints of a controller whose tick stands still are marked invalid") {
   ArmBench bench;
   bench.start_arm();
   bench.stream(0.5, turning(bench, 0.2));
@@ -528,7 +528,7 @@ TEST_CASE("an arm whose kinematics are not those of its controller is not starte
   CHECK(bench.controller->state() == ControllerState::idle);
 }
 
-TEST_CASE("a driver that nobody has answered yet says for whom it waits") {
+TEST_CASE("a driver without any answer yet reports the device it waits for") {
   ArmBench bench;
   bench.start_driver("nobody:502");
   bench.simulation.run_for(3 * second);

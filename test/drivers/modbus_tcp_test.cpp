@@ -341,7 +341,7 @@ TEST_CASE("a device that closes the connection, and one whose connection is half
     CHECK(rig.read_two_registers() == "the device closed the connection");
     CHECK(rig.losses == 1);
   }
-  SECTION("closed while nobody asks") {
+  SECTION("closed without a pending request") {
     rig.serve();
     rig.connect();
     REQUIRE(rig.run_until([&] { return rig.server->connections() == 1; }));
@@ -485,7 +485,7 @@ TEST_CASE("the server refuses what it does not have") {
   CHECK(rig.writes == 0);
 }
 
-TEST_CASE("whoever sends anything but Modbus is cut off, the others are served on") {
+TEST_CASE("clients that send anything but Modbus are disconnected, the others are served on") {
   Rig rig;
   rig.serve(4, 2 * second);
   rig.connect();

@@ -35,7 +35,7 @@ struct TemporaryDirectory {
   std::filesystem::path path;
 };
 
-TEST_CASE("an unperturbed cell is where nominal kinematics of the reported joints say") {
+TEST_CASE("an unperturbed cell is where nominal kinematics of the reported joints put it") {
   for (const std::string layout : {"range", "contact", "free"}) {
     INFO(layout);
     Rig rig(layout);
@@ -137,7 +137,7 @@ TEST_CASE("the world's truth is a stock log at 100 Hz, and none of it is on the 
   CHECK(velocity.norm() < 0.5);
 }
 
-TEST_CASE("what the world drew stands beside the run, and what a tracker saw of it") {
+TEST_CASE("the world's draw is stored next to the run, and a tracker's view of it") {
   TemporaryDirectory directory;
   WorldSettings departs;
   departs.cell.base_position = 0.005;

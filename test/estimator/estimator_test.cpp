@@ -156,7 +156,7 @@ TEST_CASE("A packet of a later scan ends the one whose end was lost") {
   CHECK(run.last().status == Estimate::OK);
 }
 
-TEST_CASE("A scan that was never asked for is taken while one is awaited") {
+TEST_CASE("A scan that was never requested is taken while one is awaited") {
   Loopback run;
   acquire_and_track(run, 2);
   scan_request_t request = run.output.requests.back();
@@ -167,7 +167,7 @@ TEST_CASE("A scan that was never asked for is taken while one is awaited") {
   CHECK(run.output.requests.back().scan_id == request.scan_id + 1);
 }
 
-TEST_CASE("An idle estimator only learns the number of a scan nobody asked for") {
+TEST_CASE("An idle estimator only learns the number of a scan that was not requested") {
   Loopback run;
   for (const auto& p : packets_of(run.lidar.sweep(full_view(100)), 41)) run.estimator.receive(p);
   CHECK(run.output.estimates.empty());
@@ -212,7 +212,7 @@ TEST_CASE("Empty scans are failures with a reason; three in a row lose the targe
   CHECK(run.last().status == Estimate::OK);
 }
 
-TEST_CASE("Where two scans tell too little the next has more beams where the target may be") {
+TEST_CASE("Where two scans are not informative enough the next has more beams near the target") {
   EstimatorSetup setup = test_setup();
   setup.options.acquisition_method = "hypotheses";
   setup.options.acquire_beams = 60;  // of the whole field of view, a few of them on the target
@@ -278,7 +278,7 @@ TEST_CASE("A jump of the target is never reported as a pose") {
   CHECK(run.last().status == Estimate::OK);
 }
 
-TEST_CASE("A refused scan is not asked for again before the LIDAR is heard of") {
+TEST_CASE("A refused scan is not requested again before the LIDAR has reported") {
   Loopback run;
   run.send(command(Command::ACQUIRE, 1, 1));
   run.estimator.receive(empty_end(1, ScanPacket::REFUSED, "the laser is off", 1735689601000000));
@@ -421,7 +421,7 @@ TEST_CASE("Nonsense on the bus is survived") {
   CHECK(run.output.notes.back() == "bad-packet");
 }
 
-TEST_CASE("A beam from beside the sensor's origin counts as one from there to its return") {
+TEST_CASE("A beam from next to the sensor's origin counts as one from there to its return") {
   ScanPacket packet{};
   packet.resize(3);
   packet.range_m = {5, 5, 0};

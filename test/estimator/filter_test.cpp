@@ -104,7 +104,7 @@ TEST_CASE("On a straight line the filter is the least-squares line through the m
   CHECK(filter.velocity_covariance()(2, 2) == Approx(covariance(1, 1)).epsilon(1e-3));
 }
 
-TEST_CASE("Errors are as large as the covariance says, at rest in start_velocity and manoeuvring") {
+TEST_CASE("Errors are consistent with the covariance, at rest, in motion and manoeuvring") {
   const double acceleration = GENERATE(0.0, 0.02);
   PoseFilterOptions options;
   options.linear_acceleration = options.angular_acceleration = std::max(acceleration, 1e-6);
@@ -144,7 +144,7 @@ TEST_CASE("Errors are as large as the covariance says, at rest in start_velocity
   CHECK(nees / count == Approx(1).margin(0.14));
 }
 
-TEST_CASE("Returns at their own times tell pose and start_velocity together, and how sure") {
+TEST_CASE("Returns at their own times determine pose and velocity together, with covariance") {
   double nees = 0;
   constexpr int trials = 150;
   for (std::uint64_t seed = 1; seed <= trials; ++seed) {
@@ -295,7 +295,7 @@ TEST_CASE("A turning target is followed across every angle") {
   }
 }
 
-TEST_CASE("What the chaser knows of its own motion is not mistaken for the target's") {
+TEST_CASE("The chaser's measured own motion is not attributed to the target") {
   PoseFilter informed({});
   informed.start(start_pose, noise(), 0, start_velocity, speed_variance(0.001, 0.001));
   PoseFilter uninformed = informed;
@@ -362,7 +362,7 @@ TEST_CASE("A target at rest is predicted from a sensor that turns and accelerate
   CHECK(distance(fine, seen(2)) < distance(coarse, seen(2)) / 3);
 }
 
-TEST_CASE("A filter that cannot take a measurement says so, and nothing of it has changed") {
+TEST_CASE("A filter that cannot take a measurement reports it and is unchanged") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto kind = GENERATE(std::string("Kalman"), std::string("alpha-beta"));
   std::unique_ptr<TargetTracker> filter;

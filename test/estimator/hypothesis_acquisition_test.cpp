@@ -194,13 +194,13 @@ TEST_CASE(
   CHECK(wrong <= 2);
 }
 
-TEST_CASE("Where the target is not, it is lost, and the odds are told") {
+TEST_CASE("Where the target is not, it is lost, and the odds are reported") {
   const AcquisitionResult result = acquisition().acquire(scan_of_cell({}, 7, false));
   CHECK(result.status == Status::not_found);
   CHECK_THAT(result.reason, Catch::Matchers::Contains("required"));
 }
 
-TEST_CASE("Noise is as ranges show it beside their neighbours, not less than the scanner says") {
+TEST_CASE("Noise is estimated from neighbouring ranges, not less than the scanner's own") {
   Random random(6, "hypotheses");
   const Pose truth = attraction(random);
   for (const double factor : {0.3, 1.0, 3.0}) {
@@ -352,7 +352,7 @@ Mesh open_box() {
 
 }  // namespace
 
-TEST_CASE("Where a lid is gone, returns from inside speak for the target, and move it") {
+TEST_CASE("Where a lid is gone, returns from inside support the target, and move it") {
   const Mesh open = open_box();
   Mesh closed = open;
   closed.append(make_box({1, 0.8, 0.02}), {{0, 0, -0.5}, Quaterniond::Identity()});
@@ -427,7 +427,7 @@ TEST_CASE("Of how far a piece of the surface is off the odds are an integral") {
   CHECK(as_modelled.at(moved(0.012), 0, 1).log_odds < integral(0.012) - 20);
 }
 
-TEST_CASE("Of two poses as wrong as each other neither is called right more often than said") {
+TEST_CASE("Of two equally wrong poses neither is called right more often than stated") {
   Random random(9, "rivals");
   constexpr int trials = 4000;
   constexpr double risk = 0.1;
@@ -451,8 +451,7 @@ TEST_CASE("Of two poses as wrong as each other neither is called right more ofte
   CHECK(rival_odds(20, std::vector<double>(100, 0.2), std::vector<double>(100, 0.0), 0, 6) < 1e-6);
 }
 
-TEST_CASE(
-    "Of two places that both look like the target one must be twice as improbable by chance") {
+TEST_CASE("Of two places that both look like the target one needs twice the log odds") {
   constexpr double required = 6;
   const auto odds = [&](double best, double other, double price) {
     // on other beams each

@@ -242,7 +242,7 @@ TEST_CASE("A field's evidence has the slope that numeric differences have") {
   }
 }
 
-TEST_CASE("Errors of draws are as large as the marginalised information says") {
+TEST_CASE("Errors of draws are consistent with the marginalised information") {
   Plate plate(Random(4, "plate"));
   Random random(5, "draws");
   const OffsetCovariance covariance(plate.patches, plate.sums, {1, 1}, 0);
@@ -370,7 +370,7 @@ TEST_CASE("Occluding edges are where rays on one side pass") {
   }
 }
 
-TEST_CASE("Struts, slits and mixed pixels are what the integral over a beam's footprint says") {
+TEST_CASE("Struts, slits and mixed pixels agree with the integral over a beam's footprint") {
   // A strut along x, or a slit, before a wall, or before nothing. A beam is a bundle of rays,
   // normally distributed about its middle, of which the receiver takes one.
   const bool wall = GENERATE(false, true);
@@ -437,7 +437,7 @@ TEST_CASE("Struts, slits and mixed pixels are what the integral over a beam's fo
   }
 }
 
-TEST_CASE("A slit that seems closed says nothing of its width") {
+TEST_CASE("A slit that seems closed has no information on its width") {
   // As seen by beams that come back from the wall behind it, the edges offset so that they meet.
   constexpr double half = 0.002;
   const double farther = GENERATE(0.0, 0.3);  // m, of one of its sides
@@ -550,7 +550,7 @@ TEST_CASE("The gradient for the surface's offsets is that of numeric differences
   }
 }
 
-TEST_CASE("The likelihood's tracking finds pose and joint, and knows how well") {
+TEST_CASE("The likelihood's tracking finds pose and joint, with a consistent covariance") {
   const Target target = hinged_target();
   const auto model = coarse_model(target);
   const LikelihoodTracking tracking(*model, nominal_beam, {});
@@ -592,7 +592,7 @@ TEST_CASE("Tracking from the other side of a panel that is seen edge on finds th
   }
 }
 
-TEST_CASE("What hides half of the target says nothing of it") {
+TEST_CASE("An occluder of half of the target adds no information on it") {
   const Target target = hinged_target();
   const auto model = coarse_model(target);
   const LikelihoodTracking tracking(*model, nominal_beam, {});
@@ -711,7 +711,7 @@ TEST_CASE("A return that is as bright as no face here is none of it") {
   CHECK(error_with(0.3) < 0.5 * unlit);
 }
 
-TEST_CASE("Two returns of a beam say where an edge is") {
+TEST_CASE("Two returns of a beam locate an edge") {
   // Two plates behind each other; edges of the front one part the light of wide beams.
   Mesh mesh = make_box({0.6, 0.6, 0.02});
   mesh.append(make_box({1.4, 1.2, 0.02}), {{0.1, 0, 0.7}, Quaterniond::Identity()});

@@ -69,7 +69,7 @@ TEST_CASE("Noise that grows while the target is tracked does not lose it") {
   CHECK(noise_factor(run.output.durations.back()) == Approx(3).epsilon(0.15));
 }
 
-TEST_CASE("Noise is believed within bounds, and as little as few returns say") {
+TEST_CASE("Learnt noise is bounded, and moves little with few returns") {
   BeamModel nominal;
   nominal.range_sigma_m = 0.01;
   NoiseScale noise(nominal, {0.3, 5});
@@ -90,7 +90,7 @@ TEST_CASE("Noise is believed within bounds, and as little as few returns say") {
   CHECK(believed.factor() == 1);
 }
 
-TEST_CASE("A slow scanner gets fewer beams a scan, unless a command says how many") {
+TEST_CASE("A slow scanner gets fewer beams a scan, unless a command states how many") {
   EstimatorSetup setup = test_setup();
   setup.lidar.rate_hz = 1000;
   const auto max_beams = static_cast<int>(1000 * setup.options.max_scan_time_s);

@@ -108,7 +108,7 @@ TEST_CASE("Returns are shared out as the A-optimal design of known form") {
   CHECK(design.min_trace > 0.999 * design.trace);
 }
 
-TEST_CASE("A design says how far from the optimum it may be") {
+TEST_CASE("A design has a bound on its distance from the optimum") {
   Random random(3, "design");
   DesignProblem problem;
   problem.returns = 100;
@@ -320,7 +320,7 @@ TEST_CASE("Whatever of the target is in view is planned for") {
             .empty());
 }
 
-TEST_CASE("Returns of a patch that errs alike say no more together than the patch is known") {
+TEST_CASE("Returns of a patch with a common error are no more informative than the patch's sigma") {
   const auto model = box_model({2, 1, 0.5});
   PlannerOptions alike = planner_options;
   alike.bare_surface_sigma_m = 0.004;
@@ -343,7 +343,7 @@ TEST_CASE("Returns of a patch that errs alike say no more together than the patc
   CHECK(of_range(erring, 1) == Approx(one / (1 + shared)).epsilon(0.01));
 }
 
-TEST_CASE("An edge tells of its place as many beams that return before it, or not") {
+TEST_CASE("An edge beam has the Fisher information of whether it returns") {
   const auto model = box_model({2, 1, 0.02});
   const ScanPlanner planner(*model, field, planner_options);
   const Pose pose{{0, 0, 6}, Quaterniond::Identity()};
@@ -368,7 +368,7 @@ TEST_CASE("An edge tells of its place as many beams that return before it, or no
   CHECK(information(1, 1) < 0.01 * information(0, 0));          // nothing along it
 }
 
-TEST_CASE("Every strategy brings the returns asked for, from windows inside the field of view") {
+TEST_CASE("Every strategy brings the requested returns, from windows inside the field of view") {
   const auto model = replica_model();
   const ScanPlanner planner(*model, {}, planner_options);
   const int strategy = GENERATE(range(0, 6));
@@ -473,7 +473,7 @@ TEST_CASE("Strategies are known by the paper's names") {
   CHECK_FALSE(parse_scan_strategy("everywhere", strategy));
 }
 
-TEST_CASE("Beams on corners and edges go where they tell most of the pose") {
+TEST_CASE("Beams on corners and edges go where they are most informative on the pose") {
   const auto model = replica_model();
   const FieldOfView field;
   PlannerOptions informed = planner_options;

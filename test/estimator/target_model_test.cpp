@@ -129,7 +129,7 @@ TEST_CASE("Closest points of the grid are those of the mesh") {
   CHECK_FALSE(model->grid.refined(box.high + Vector3d::Constant(1), match));
 }
 
-TEST_CASE("Templates tell at which turn and shift a cloud was laid") {
+TEST_CASE("Templates find the turn and shift of a cloud") {
   const auto model = replica_model();
   const VoxelTemplates& templates = model->templates;
   const int turn = 17;

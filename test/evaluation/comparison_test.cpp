@@ -288,7 +288,7 @@ TEST_CASE("a log without a run is an error of the input") {
   CHECK_THROWS_AS(compare_log(folder.path / "none.lcm"), InputError);
 }
 
-TEST_CASE("a log cut off anywhere is judged as far as it goes, and says what is missing") {
+TEST_CASE("a log cut off anywhere is judged as far as it goes, and the missing part is reported") {
   TemporaryFolder folder;
   const fs::path whole = folder.path / "whole.lcm";
   const fs::path cut = folder.path / "cut.lcm";
@@ -316,7 +316,7 @@ TEST_CASE("a log cut off anywhere is judged as far as it goes, and says what is 
   CHECK(judged > 40);
 }
 
-TEST_CASE("a procedure that its message could not hold is read from beside the log") {
+TEST_CASE("a procedure too long for its message is read from the file next to the log") {
   TemporaryFolder folder;
   write_run(folder.path / "run.lcm", 0, false);
   CHECK(compare_log(folder.path / "run.lcm").criteria.empty());

@@ -116,7 +116,7 @@ TEST_CASE("a step is from the last estimate of a stretch to that of the next") {
     CHECK(turn == Approx(0).margin(1e-9));
 }
 
-TEST_CASE("no step is told over a stretch without an estimate") {
+TEST_CASE("no step is computed over a stretch without an estimate") {
   CHECK(shown(stepped(5, 2), "z_step").size() == 2);
   CHECK(shown(stepped(1, -1), "z_step").empty());
 }

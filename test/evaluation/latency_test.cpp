@@ -153,7 +153,7 @@ TEST_CASE("poses held back towards what was expected are not taken for late ones
   CHECK(slipping.half_width < 8e-3);
 }
 
-TEST_CASE("estimates that steered the arms tell no delay") {
+TEST_CASE("estimates that steered the arms give no delay") {
   RunRecord record = swung(0.2, 2e-3, 1);
   testbed_state_t state{};
   state.utime = made::start - second;
@@ -201,7 +201,7 @@ TEST_CASE("how far the arms are behind their set-points, and each other, comes f
   CHECK(clock.remark == "drift 20.0 ppm");
 }
 
-TEST_CASE("arms that stand tell no delay") {
+TEST_CASE("arms at rest give no delay") {
   LatencyCollector collector;
   arm_command_t command{};
   arm_state_t state{};

@@ -92,7 +92,7 @@ TEST_CASE("a time stamp wrong by a millisecond shows at 200 mm/s, whatever the o
   CHECK(std::abs(scans.value - 1 * mm) < 3 * scans.uncertainty);
 }
 
-TEST_CASE("on a steady course an offset of truth's could be a delay: that doubt is told") {
+TEST_CASE("on a steady course an offset of truth could be a delay: that uncertainty is reported") {
   const Measured m = measured(flown(straight_on, 20), "lidar_to_arms_delay");
   CHECK(m.value == Approx(0).margin(1e-4));
   CHECK(m.uncertainty == Approx(1 * mm / 0.2).epsilon(0.1));  // 1 mm at 200 mm/s
@@ -198,14 +198,14 @@ TEST_CASE("consistency is judged by chi-square bounds") {
   CHECK(m.reason.find("chi-square bounds 5.7") != std::string::npos);
 }
 
-TEST_CASE("where truth is worse than the estimate, it cannot vouch for its covariance") {
+TEST_CASE("where truth is worse than the estimate, the NEES is uncertain") {
   const Measured good = measured(flown(resting, 20, {}, 0.1 * mm), "nees", Statistic::mean);
   const Measured bad = measured(flown(resting, 20, {}, 100 * mm), "nees", Statistic::mean);
   CHECK(good.uncertainty < 0.4);
   CHECK(bad.uncertainty > 1.5);
 }
 
-TEST_CASE("wrong estimates that say ok are counted, doubtful ones half") {
+TEST_CASE("wrong estimates with status ok are counted, uncertain ones half") {
   int count = 0;
   const auto sometimes = [&count](double by) {
     return [&count, by](double, pose_estimate_t& estimate) {
@@ -312,7 +312,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a fault began when the simulated cell acknowledged its injection, whatever events say") {
+TEST_CASE("a fault begins with the simulated cell's acknowledgement, whatever the events") {
   RunRecord record = flown(resting, 20);
   const auto acknowledge = [&record](double t, std::int64_t seq) {
     injection_state_t state{};
@@ -342,7 +342,7 @@ TEST_CASE("a fault began when the simulated cell acknowledged its injection, wha
   CHECK(measured(record, "reaction_time").value == Approx(0.12));
 }
 
-TEST_CASE("latency is what the estimator's node says of each estimate") {
+TEST_CASE("latency is what the estimator's node reports of each estimate") {
   RunRecord record = flown(resting, 20);
   CHECK(measured(record, "latency").reason.find("latency_us") != std::string::npos);
   for (int i = 0; i < 10; ++i) {

@@ -260,7 +260,7 @@ TEST_CASE("what cannot be decided is inconclusive") {
   CHECK(unmeasured.result == criterion_result_t::INCONCLUSIVE);
 }
 
-TEST_CASE("one failure fails, one doubt leaves doubt") {
+TEST_CASE("one failure fails, one inconclusive criterion leaves the verdict inconclusive") {
   const auto with = [](std::initializer_list<std::int8_t> results) {
     std::vector<criterion_result_t> list;
     for (const std::int8_t r : results) {

@@ -117,7 +117,7 @@ TEST_CASE("a clock that was set back costs no time", "[timeline]") {
   CHECK_THAT(step.text(), Catch::StartsWith("at 0.990 s, event 100: the clock was set back by "));
 }
 
-TEST_CASE("heartbeats tell a clock that was set ahead from a silence", "[timeline]") {
+TEST_CASE("heartbeats distinguish a clock that was set ahead from a silence", "[timeline]") {
   const Utime silence = GENERATE(2 * second, hour, 50 * 365 * 24 * hour);
   const auto before = beats(made::start, 1, 40);
   // They go on counting as if nothing had been:
@@ -133,7 +133,7 @@ TEST_CASE("heartbeats tell a clock that was set ahead from a silence", "[timelin
   CHECK(silent.positions[40] == silent.positions[39] + silence);
 }
 
-TEST_CASE("without heartbeats only a silence that chance cannot make is a step", "[timeline]") {
+TEST_CASE("without heartbeats only a significantly long silence is a step", "[timeline]") {
   const auto before = even(made::start, 100);
   const auto after = [&](Utime silence) { return even(before.back().utime + silence, 100); };
   CHECK(Laid(before + after(hour)).steps().size() == 1);

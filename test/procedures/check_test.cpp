@@ -116,7 +116,7 @@ steps:
              Contains("p.yaml:6: error") && Contains("2000.0 mm/s is not within"));
 }
 
-TEST_CASE("what the LIDAR cannot see is said where it is to be found or tracked") {
+TEST_CASE("a target out of the LIDAR's view is reported where it is to be found or tracked") {
   CHECK(findings_of(check_text(tracked)).empty());
   const auto with = [](const std::string& from, const std::string& to) {
     std::string text = tracked;
@@ -229,7 +229,7 @@ TEST_CASE("each measurement that there is can be forecast") {
   CHECK(rate.value == Approx(1 / rig.scan_period(0)).epsilon(0.1));
 }
 
-TEST_CASE("a report as JSON says the same") {
+TEST_CASE("a report as JSON has the same content") {
   const CheckReport report = check_text(R"(name: x
 steps:
   - move: {to: [0, 0, 9000, 0, 0, 0], speed: 100 mm/s}
@@ -241,7 +241,7 @@ steps:
   CHECK(json["findings"][0]["severity"] == "error");
 }
 
-TEST_CASE("what a reader complains of becomes a finding with its place") {
+TEST_CASE("a reader's error becomes a finding with its place") {
   const Finding finding = finding_of_error("a/b.yaml:7: key 'x': found y", "c.yaml");
   CHECK(finding.file == "a/b.yaml");
   CHECK(finding.line == 7);

@@ -73,7 +73,7 @@ class Operators {
 
 }  // namespace
 
-TEST_CASE("while nobody has control anybody may; then only who has it") {
+TEST_CASE("without a holder of control all are obeyed, then only the holder") {
   Operators two;
   two.send("bob", Command::HOLD);
   CHECK(two.state() == procedure_state_t::HELD);
@@ -106,7 +106,7 @@ TEST_CASE("while nobody has control anybody may; then only who has it") {
   CHECK(two.bench.events.back().code == "operator-command");
 }
 
-TEST_CASE("stopping is open to everybody, whoever has control") {
+TEST_CASE("stops are obeyed from everybody, whoever has control") {
   Operators two;
   two.send("alice", Command::TAKE_CONTROL);
   SECTION("hold") {
@@ -120,7 +120,7 @@ TEST_CASE("stopping is open to everybody, whoever has control") {
   }
 }
 
-TEST_CASE("control is taken from somebody only explicitly") {
+TEST_CASE("control is taken from its holder only explicitly") {
   Operators two;
   two.send("alice", Command::TAKE_CONTROL, "hold");
   CHECK(two.control.holds_when_lost != 0);
@@ -145,7 +145,7 @@ TEST_CASE("control is taken from somebody only explicitly") {
   CHECK(two.refused("no resume: bob has control"));
 }
 
-TEST_CASE("control that is not kept lapses, and holds the procedure where that was asked for") {
+TEST_CASE("control that is not kept lapses, and holds the procedure where requested") {
   Operators two;
   SECTION("without hold") {
     two.send("alice", Command::TAKE_CONTROL);
@@ -192,7 +192,7 @@ TEST_CASE("control lost before the first step holds it there") {
   CHECK(bench.run() == procedure_state_t::PASS);
 }
 
-TEST_CASE("the speed asked for goes to the motion under way and to later ones") {
+TEST_CASE("the requested speed goes to the motion under way and to later ones") {
   Operators one;
   one.send("alice", Command::SPEED, "40 %");
   CHECK(one.bench.testbed->speed_override == Approx(0.4));

@@ -14,7 +14,7 @@ const std::string with_prompt = procedure_of(
 
 }  // namespace
 
-TEST_CASE("an operator is asked, and the answer that belongs to the question counts") {
+TEST_CASE("an operator is prompted, and the answer with the prompt's id counts") {
   EngineBench bench({}, with_prompt);
   bench.run_to(procedure_state_t::PROMPTING);
   const procedure_state_t prompting = bench.node->state();
@@ -32,7 +32,7 @@ TEST_CASE("an operator is asked, and the answer that belongs to the question cou
     CHECK(bench.run() == procedure_state_t::FAIL);
     CHECK(bench.node->state().reason == "step 'prompt': answer: no (operator)");
   }
-  SECTION("another question") {
+  SECTION("another prompt") {
     bench.command(procedure_command_t::ANSWER, "go", "17.1");
     bench.run_for(1);
     CHECK(bench.node->state().state == procedure_state_t::PROMPTING);
@@ -45,11 +45,11 @@ TEST_CASE("an operator is asked, and the answer that belongs to the question cou
     CHECK(bench.node->state().state == procedure_state_t::PROMPTING);
     CHECK(bench.event_text("command-refused").find("expected one of: go, no") != std::string::npos);
   }
-  SECTION("nobody") {
+  SECTION("no answer") {
     CHECK(bench.run() == procedure_state_t::TIMEOUT);
     CHECK(bench.step("prompt").state == procedure_step_t::TIMEOUT);
   }
-  SECTION("on hold the question waits") {
+  SECTION("on hold the prompt waits") {
     bench.command(procedure_command_t::HOLD);
     bench.run_for(30);
     CHECK(bench.node->state().state == procedure_state_t::HELD);
@@ -61,7 +61,7 @@ TEST_CASE("an operator is asked, and the answer that belongs to the question cou
   }
 }
 
-TEST_CASE("where nobody answers, a question can answer itself") {
+TEST_CASE("without an answer, a prompt can take its default") {
   EngineBench bench(
       {}, procedure_of("  - prompt: {text: Ready for it, choices: [go, no], default: go}\n"
                        "    timeout: 10 s\n"));

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 }  // namespace
 
-TEST_CASE("a good run passes, and its log says the same, number for number") {
+TEST_CASE("a good run passes, and its log reproduces the verdict, number for number") {
   EngineBench bench;
   CHECK(bench.run() == procedure_state_t::PASS);
   CHECK(bench.node->exit_code() == 0);
@@ -134,7 +134,7 @@ TEST_CASE("an estimator that loses the target fails the run") {
   CHECK(bench.testbed_received(testbed_command2_t::STOP));
 }
 
-TEST_CASE("an estimate that says ok without a covariance is no good estimate") {
+TEST_CASE("an estimate with status ok but no covariance is no good estimate") {
   fake::Script script;
   script.move_takes_s = 20;
   script.certain_from_s = 30;  // on approach
@@ -205,7 +205,7 @@ TEST_CASE("a node of which nothing was received is named") {
   CHECK(bench.node->state().reason == "not ready within 5 s: lidar-driver (nothing received)");
 }
 
-TEST_CASE("of a node that somebody else starts it is said how, until it is there") {
+TEST_CASE("for a node that is started elsewhere the command is shown, until it is there") {
   procedures::NodeWatch watch({"estimator", "testbed"}, "", {{"estimator", "start it"}});
   CHECK(watch.missing() == "estimator (nothing received: start it), testbed (nothing received)");
   CHECK(watch.awaited() == "estimator (start it), testbed");
@@ -257,7 +257,7 @@ TEST_CASE("the lights are done when the lamp has turned, and a command that is l
     CHECK(bench.facility->last.sun_azimuth_rad == Approx(radians(60.0)));
     CHECK(seconds_of(bench, "turned") == Approx(0.6).margin(0.15));  // repeated after half a second
   }
-  SECTION("a lamp that never gets there says how far it is") {
+  SECTION("a lamp that never gets there reports how far it is") {
     script.lamp_turns_s = 1000;
     EngineBench bench(script, procedure_of(steps + "teardown:\n  - wait: 1 s\n"));
     CHECK(bench.run() == procedure_state_t::TIMEOUT);
@@ -340,7 +340,7 @@ TEST_CASE("commands that are late or of another session are not obeyed") {
   CHECK(bench.run() == procedure_state_t::PASS);
 }
 
-TEST_CASE("a hold and an abort are obeyed whatever their session and age, and told by name") {
+TEST_CASE("a hold and an abort are obeyed whatever their session and age, and reported by name") {
   EngineBench bench;
   bench.run_for(3);
   procedure_command_t message{};

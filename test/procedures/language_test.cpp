@@ -86,7 +86,7 @@ TEST_CASE("a sweep runs over a grid, with units, ranges and poses") {
   CHECK(p.steps[7].name == "to [1, 2, 4000, 0, 0, 0]");
 }
 
-TEST_CASE("blocks nest, and what is said of a block holds for its steps") {
+TEST_CASE("blocks nest, and a block's keys hold for its steps") {
   const Procedure p = parsed_steps(
       "  - sweep:\n"
       "      speed: [1 mm/s, 2 mm/s]\n"
@@ -149,7 +149,7 @@ TEST_CASE("names of sweeps are checked") {
   }
 }
 
-TEST_CASE("there is a limit to what one message can tell of") {
+TEST_CASE("there is a limit to the steps that one message can hold") {
   CHECK(complaint_about_steps("  - repeat:\n      times: 400\n      steps:\n        - wait: 1 s\n"
                               "        - wait: 1 s\n") == "p.yaml:6: more than 400 steps");
   const std::string name(100, 'n');
@@ -179,7 +179,7 @@ TEST_CASE("a calibration is motions and waits at rest, the waits in its phase") 
             .find("needs an 'acquire' before it") != std::string::npos);
 }
 
-TEST_CASE("an arm can be told to stand still, in a move and on the way to each calibration pose") {
+TEST_CASE("an arm can be frozen, in a move and on the way to each calibration pose") {
   const Procedure p = parsed_steps(
       "  - acquire: {}\n"
       "  - move: {to: [0, 0, 5000, 0, 0, 0], speed: 1 mm/s, frozen: sensor}\n"
@@ -223,7 +223,7 @@ TEST_CASE("the other verbs are read") {
   CHECK(std::holds_alternative<ClearInjections>(p.teardown[0].verb));
 }
 
-TEST_CASE("faults that no simulated cell knows are refused, with those that it knows") {
+TEST_CASE("unknown faults are refused, with the list of known ones") {
   const auto complaint_about = [](const std::string& fault) {
     return complaint_about_steps("  - inject: {" + fault + "}\n");
   };
@@ -239,7 +239,7 @@ TEST_CASE("faults that no simulated cell knows are refused, with those that it k
             .find("explode") != std::string::npos);
 }
 
-TEST_CASE("conditions that say nothing are refused, with what would be right") {
+TEST_CASE("conditions without meaning are refused, with the expected form") {
   const auto wrong = [](const std::string& text) {
     return complaint_about_steps("  - wait_until: " + text + "\n");
   };

@@ -70,7 +70,7 @@ TEST_CASE("a procedure without a teardown stops tracking and switches the lamps 
   CHECK(p.teardown[0].phase == evaluation::teardown_phase);
 }
 
-TEST_CASE("parameters are overridden, and the text as run says so") {
+TEST_CASE("parameters are overridden, and the text as run has them") {
   const Procedure p =
       parse_procedure(good, "p.yaml", {{"speed", "3 cm/s"}, {"start", "[1, 2, 4000, 0, 0, 0]"}});
   CHECK(std::get<Approach>(p.steps[2].verb).speed == Approx(0.03));

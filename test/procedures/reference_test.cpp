@@ -150,8 +150,7 @@ TEST_CASE("a call gives values, not pieces of YAML") {
   CHECK(std::get<Prompt>(p.steps.at(1).verb).choices == std::vector<std::string>{"a, b", "c: d"});
 }
 
-TEST_CASE(
-    "what is called is kept to the letter, however it ends, beside the text with its comments") {
+TEST_CASE("a called procedure is kept to the letter, however it ends, with its comments") {
   const TemporaryDirectory folder;
   write_file(folder / "main.yaml", "name: main   # mine\nsteps:\n  - call: part.yaml\n");
   for (const char* end : {"", "\n", "\n\n\n", "\n  # it's\n \n", "\n...\n"}) {

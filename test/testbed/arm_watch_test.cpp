@@ -72,7 +72,7 @@ struct Follower {
   Utime now = start;
 };
 
-TEST_CASE("an arm that follows is believed whatever its controller's dead time, which is found") {
+TEST_CASE("an arm that follows passes whatever its controller's dead time, which is estimated") {
   const Utime dead_time = GENERATE(20, 150, 400) * millisecond;
   const double speed = radians(GENERATE(1.0, 10.0, 40.0));
   INFO(dead_time << " us, " << degrees(speed) << " deg/s");

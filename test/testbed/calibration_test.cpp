@@ -79,7 +79,7 @@ TEST_CASE("a calibrated arm's inverse leads back to its pose") {
   CHECK(found > 190);
 }
 
-TEST_CASE("a calibration file gives back what was written, whatever cannot be told apart") {
+TEST_CASE("a calibration file gives back what was written, whatever is unobservable") {
   TemporaryDirectory directory;
   Random random(7, "calibration file");
   Calibration calibration;

@@ -26,7 +26,7 @@ TEST_CASE("a tracker's file is read by its header, comments and other columns pa
   CHECK(lines[1].reflector == 0);
 }
 
-TEST_CASE("what is wrong in a tracker's file is named with its line") {
+TEST_CASE("errors in a tracker's file are named with their line") {
   CHECK(complaint("") == "t.csv:0: found no header, expected time,point,x,y,z");
   CHECK(complaint("time,x,y,z\n").find("t.csv:1: found no column 'point'") == 0);
   CHECK(complaint("time,point,x,y,z\n1,S1,2,3\n").find("t.csv:2: found 4 columns") == 0);

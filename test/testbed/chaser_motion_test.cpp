@@ -33,7 +33,7 @@ Velocity velocity_at(std::int64_t utime) {
   return velocity_between(sensor_at(t - 1e-4), sensor_at(t + 1e-4), 2e-4);
 }
 
-TEST_CASE("what guidance commands is told as the chaser's instruments would tell it") {
+TEST_CASE("the commanded motion is published as the chaser's instruments would measure it") {
   ChaserMotion motion;
   const auto messages = published(motion, 1000000, 3000000);
   REQUIRE(messages.size() > 20);
@@ -56,7 +56,7 @@ TEST_CASE("what guidance commands is told as the chaser's instruments would tell
   CHECK((sum - in_all).norm() < 1e-4);
 }
 
-TEST_CASE("of a gap between set-points nothing is told") {
+TEST_CASE("nothing is published across a gap between set-points") {
   ChaserMotion motion;
   const std::int64_t last = published(motion, 1000000, 2000000).back().utime;
   const auto messages = published(motion, 2500000, 3000000);

@@ -140,7 +140,7 @@ TEST_CASE("a chaser has no more thrust than it has, along each axis of its own")
   CHECK(chaser.propellant() == Approx(800 * chaser.delta_v_orbit() / (220 * 9.80665)));
 }
 
-TEST_CASE("thrusters give their least impulse or nothing, and nothing is lost of what is wanted") {
+TEST_CASE("thrusters give their minimum impulse or nothing, and the requested impulse is kept") {
   RelativeLimits limits;
   limits.acceleration = 1;
   const Pose start = pose_from_xyzwpr({0, 0, 4000, 0, 0, 0}).inverse();

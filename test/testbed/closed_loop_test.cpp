@@ -82,7 +82,7 @@ struct GuidedCell : FakeCell {
   std::int64_t seq = 0;
 };
 
-TEST_CASE("an approach by a profile ends before the docking interface, told 10 times a second") {
+TEST_CASE("an approach by a profile ends before the docking interface, reported at 10 Hz") {
   GuidedCell cell;
   const std::int64_t seq = cell.send(cell.approach("v_bar"));
   cell.run_for(5.0);
@@ -272,16 +272,16 @@ TEST_CASE("an outside GNC steers by set-points, and only as long as they last") 
   CHECK(cell.state.state == testbed_state_t::IDLE);
 }
 
-TEST_CASE("set-points of another session, of somebody else, or late ones move nothing") {
+TEST_CASE("set-points of another session, of another sender, or late ones move nothing") {
   GuidedCell cell;
   cell.velocity = Vector3d(0, 0, 0.05);
   cell.steers = true;
-  SECTION("nobody has asked for an outside GNC") { cell.run_for(1.0); }
+  SECTION("no outside GNC was requested") { cell.run_for(1.0); }
   SECTION("another session") {
     cell.setpoint_session = test_session - 1;
     cell.send(cell.guided());
   }
-  SECTION("somebody else") {
+  SECTION("another sender") {
     cell.by = "somebody";
     cell.send(cell.guided());
   }

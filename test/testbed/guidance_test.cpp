@@ -111,7 +111,7 @@ TEST_CASE("an approach is refused without a good estimate, or from within the st
   CHECK_FALSE(reason);  // the history has the commanded positions of the arms
 }
 
-TEST_CASE("the estimate is flown by wherever the arms were told to be") {
+TEST_CASE("the estimate is flown by wherever the arms were commanded to be") {
   Flight flight(start);
   flight.seen = [](const Pose& pose) {
     return pose * Pose{Vector3d(0.1, 0.2, -0.4), rotation_from_vector(Vector3d(0, 0.4, 0.1))};

@@ -70,7 +70,7 @@ Waypoints random_trajectory(Random& random, int kind, const Pose& from) {
   }
 }
 
-TEST_CASE("a retreat keeps to the trail that was flown, to its beginning") {
+TEST_CASE("a retreat keeps to the trajectory that was flown, to its beginning") {
   const Bench bench;
   Random random(17, "retreat");
   Deviation worst;

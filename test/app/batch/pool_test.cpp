@@ -31,7 +31,7 @@ PoolOptions jobs(int count) { return {count, 0, {}, {}}; }
 
 }  // namespace
 
-TEST_CASE("a batch: as many tasks at a time as asked for, in their order") {
+TEST_CASE("a batch: as many tasks at a time as requested, in their order") {
   SharedValues<std::atomic<int>> begun(1);
   Pool together(jobs(3));
   for (int i = 0; i < 3; ++i) together.add(meeting(begun[0], 3));
@@ -102,7 +102,7 @@ TEST_CASE("a batch: what crashes, fails or lasts too long ends nothing but itsel
   CHECK_FALSE(ends[4].process.ok());
 }
 
-TEST_CASE("a batch: what must run alone has nothing beside it") {
+TEST_CASE("a batch: a task that must run alone has no other next to it") {
   SharedValues<std::atomic<int>> running(1);
   std::vector<int> seen;
   Pool pool(jobs(3));

@@ -37,7 +37,7 @@ const DescribedKey* find(const std::vector<DescribedKey>& keys, const std::strin
 
 }  // namespace
 
-TEST_CASE("Comments are found beside keys, below, above, and of keys that are commented out") {
+TEST_CASE("Comments are found next to keys, below, above, and of keys that are commented out") {
   const auto comments = comments_of_keys(
       "# SPDX-License-Identifier: none\n"
       "# The file's own.\n"

@@ -72,7 +72,7 @@ ScanPacket packet_of(std::int64_t scan_id, const std::vector<float>& ranges) {
 
 }  // namespace
 
-TEST_CASE("every body has a mesh, and a frame that is told where it is") {
+TEST_CASE("every body has a mesh, and a frame whose pose is published") {
   Shown shown;
   shown.view.flush(made::start);
   const auto meshes = mesh_texts(drawn_bodies(cell()));
@@ -119,7 +119,7 @@ TEST_CASE(
   CHECK_FALSE(frames.contains("ghost"));  // an old estimate is none
 }
 
-TEST_CASE("an estimate is laid beside the truth of its own time, with its latency") {
+TEST_CASE("an estimate is compared with the truth of its own time, with its latency") {
   Shown shown;
   const Utime at = made::start + second + 3 * millisecond;
   Pose pose = made::flight(seconds(at - made::start));
@@ -199,7 +199,7 @@ TEST_CASE("both returns of a beam are shown, from where the beam left") {
   CHECK(shown.board.sections["scan"].at("hits") == 1);
 }
 
-TEST_CASE("what no type of ours explains disturbs nothing and is counted") {
+TEST_CASE("messages of unknown types are counted and otherwise ignored") {
   Shown shown;
   shown.receive(channels::ground_truth, made::truth(made::start, made::flight(0)), made::start);
   std::vector<std::uint8_t> noise;
@@ -242,7 +242,7 @@ TEST_CASE("sections are written no more often than they should be") {
   CHECK(shown.board.writes["channels"] <= 11);
 }
 
-TEST_CASE("a node's health: age of its heartbeat, gaps in what it says") {
+TEST_CASE("a node's health: age of its heartbeat, gaps in its messages") {
   Shown shown;
   heartbeat_t beat{};
   beat.node = "testbed";
@@ -270,7 +270,7 @@ TEST_CASE("the ellipsoid's axes are those of the covariance") {
                             1e-9));
 }
 
-TEST_CASE("the word for the whole cell is that of the worst that is so") {
+TEST_CASE("the status of the whole cell is the worst of its conditions") {
   const Utime now = made::start;
   LatestMessages latest;
   CHECK(cell_status(latest, now).word == "attention");  // no messages
@@ -306,7 +306,7 @@ TEST_CASE("the word for the whole cell is that of the worst that is so") {
   CHECK(cell_status(latest, now + second).word == "attention");  // testbed is silent
 }
 
-TEST_CASE("criteria fill in: pending until their phase is over") {
+TEST_CASE("criteria are pending until their phase is over") {
   procedure_state_t state = made::state({{"acquire", 0, 2}, {"track", 2, 4}});
   state.state = procedure_state_t::RUNNING;
   state.steps[1].state = procedure_step_t::RUNNING;

@@ -144,7 +144,7 @@ struct CellAlone {
 
 }  // namespace
 
-TEST_CASE("only the viewer that has control is obeyed, but a hold is, whoever asks") {
+TEST_CASE("only the viewer that has control is obeyed; a hold is obeyed from every viewer") {
   WithProcedure w;
   for (const char* name : {"resume", "step", "retry", "reset", "abort", "speed", "lamps",
                            "release_control", "keep_control", "run", "answer", "skip"}) {
@@ -166,8 +166,7 @@ TEST_CASE("only the viewer that has control is obeyed, but a hold is, whoever as
   CHECK_FALSE(w.request("viewer-1", "fly").accepted);
 }
 
-TEST_CASE(
-    "what makes arms move is asked for twice, with a word that is good once and not for long") {
+TEST_CASE("commands that move arms need confirmation, by a token that is valid once and briefly") {
   WithProcedure w;
   w.take("viewer-1");
   REQUIRE(w.request("viewer-1", "hold").accepted);
@@ -177,7 +176,7 @@ TEST_CASE(
   REQUIRE_FALSE(first.confirm.empty());
   CHECK_THAT(first.text, Contains("step 1 of 4, 'move'") && Contains("the arms may move"));
   CHECK(w.state() == procedure_state_t::HELD);
-  SECTION("said again it goes on, once") {
+  SECTION("confirmed, it goes on, once") {
     CHECK(w.request("viewer-1", "resume", none, first.confirm).accepted);
     CHECK(w.state() == procedure_state_t::RUNNING);
     REQUIRE(w.request("viewer-1", "hold").accepted);
@@ -197,7 +196,7 @@ TEST_CASE(
     CHECK_FALSE(w.request("viewer-1", "resume", none, first.confirm).accepted);  // used up
     CHECK(w.state() == procedure_state_t::HELD);
   }
-  SECTION("by somebody else") {
+  SECTION("by another viewer") {
     w.pages.page_alive = "viewer-2";
     REQUIRE(w.insist("viewer-2", "take_control").accepted);
     CHECK_FALSE(w.request("viewer-2", "resume", none, first.confirm).accepted);
@@ -212,7 +211,7 @@ TEST_CASE(
 TEST_CASE("each command reaches the engine") {
   WithProcedure w;
   w.take("viewer-1");
-  SECTION("speed: slower at once, faster after a second word") {
+  SECTION("speed: slower at once, faster after confirmation") {
     CHECK(w.request("viewer-1", "speed", {{"override", 0.4}}).accepted);
     CHECK(w.bench.testbed->speed_override == Approx(0.4));
     w.bench.run_for(0.5);
@@ -253,7 +252,7 @@ TEST_CASE("each command reaches the engine") {
     CHECK(w.bench.run() == procedure_state_t::ABORTED);
     CHECK(w.bench.node->state().reason == "enough");
   }
-  SECTION("answer, where nothing is asked") {
+  SECTION("answer, without a prompt") {
     const Answer answer = w.request("viewer-1", "answer", {{"prompt_id", "1.1"}, {"text", "yes"}});
     CHECK_FALSE(answer.accepted);
     CHECK_THAT(answer.text, Contains("nothing is asked"));
@@ -271,7 +270,7 @@ TEST_CASE("each command reaches the engine") {
   }
 }
 
-TEST_CASE("control is taken from another viewer or terminal only after a second word") {
+TEST_CASE("control is taken from another viewer or terminal only after confirmation") {
   WithProcedure w;
   SECTION("a viewer") {
     w.take("viewer-1");
@@ -299,7 +298,7 @@ TEST_CASE("control is taken from another viewer or terminal only after a second 
   }
 }
 
-TEST_CASE("a page that is no longer heard loses control, and the procedure is held") {
+TEST_CASE("a page that falls silent loses control, and the procedure is held") {
   WithProcedure w;
   w.take("viewer-1");
   // whichever of engine and console is the first to see it
@@ -344,7 +343,7 @@ TEST_CASE("where no procedure runs, control is the testbed's lease") {
     CHECK(w.pages.has_event("control-lapsed", "me@console viewer-1 is no longer heard"));
     CHECK(w.pages.handler.control().holder.empty());
   }
-  SECTION("a procedure is run, after a second word, as it was asked for") {
+  SECTION("a procedure is run, after confirmation, as requested") {
     const nlohmann::json arguments = {{"procedure", "approach.yaml"},
                                       {"seed", 1},
                                       {"parameters", {{"speed", "10 mm/s"}, {"n", 3}}}};
@@ -363,7 +362,7 @@ TEST_CASE("where no procedure runs, control is the testbed's lease") {
   }
 }
 
-TEST_CASE("a hold is said until it is acknowledged, however many messages are lost") {
+TEST_CASE("a hold is repeated until it is acknowledged, however many messages are lost") {
   SECTION("by the testbed") {
     CellAlone w;
     w.script.commands_lost = 6;
@@ -401,7 +400,7 @@ TEST_CASE("a hold is said until it is acknowledged, however many messages are lo
   }
 }
 
-TEST_CASE("two viewers at once each get the answer to what they asked") {
+TEST_CASE("two viewers at once each get the answer to their own request") {
   WithProcedure w;
   w.take("viewer-1");
   w.bench.simulation.set_bus_loss(0.5);
@@ -420,7 +419,7 @@ TEST_CASE("two viewers at once each get the answer to what they asked") {
   CHECK(to("viewer-2", hold).accepted);
 }
 
-TEST_CASE("lamps and speed of a cell without a procedure are accepted when the cell says so") {
+TEST_CASE("lamps and speed of a cell without a procedure are accepted when the cell accepts them") {
   CellAlone w;
   w.pages.page_alive = "viewer-1";
   REQUIRE(w.request("viewer-1", "take_control").accepted);
@@ -445,7 +444,7 @@ TEST_CASE("lamps and speed of a cell without a procedure are accepted when the c
   }
 }
 
-TEST_CASE("who commands the testbed from elsewhere keeps it") {
+TEST_CASE("a commander of the testbed from elsewhere keeps it") {
   CellAlone w;
   testbed_command2_t take{};
   take.command = testbed_command2_t::TAKE_LEASE;

@@ -152,7 +152,7 @@ TEST_CASE("a wrong assignment, a silent PLC and another LIDAR are found, and wha
   CHECK_THAT(cell.about("LIDAR identity").found, Contains("expected"));
 }
 
-TEST_CASE("another arm than the configured one, in a fault, and nobody at an address") {
+TEST_CASE("another arm than the configured one, in a fault, and no device at an address") {
   ExaminedCell cell;
   replace(cell.config() / "arms" / "m710ic_50.yaml", "d6: 175 mm", "d6: 180 mm");
   replace(

@@ -63,7 +63,7 @@ struct Keyboard {
 
 }  // namespace
 
-TEST_CASE("each key asks for its command, abort at once and as often as it is struck") {
+TEST_CASE("each key requests its command, abort at once and as often as it is struck") {
   Keyboard keyboard;
   keyboard.keys.on(state_with(procedure_state_t::RUNNING));
   keyboard.type("hrntaax");
@@ -82,7 +82,7 @@ TEST_CASE("each key asks for its command, abort at once and as often as it is st
   CHECK(keyboard.keys.leaves());
 }
 
-TEST_CASE("a skip asks for its reason and is not sent without one") {
+TEST_CASE("a skip prompts for its reason and is not sent without one") {
   Keyboard keyboard;
   keyboard.keys.on(state_with(procedure_state_t::RUNNING));
   keyboard.type("s\n");
@@ -129,7 +129,7 @@ TEST_CASE("a prompt takes the keys for its answer; Escape gives them back") {
   CHECK(keyboard.sent.back().command == procedure_command_t::HOLD);
 }
 
-TEST_CASE("who only observes sends nothing") {
+TEST_CASE("an observer sends nothing") {
   Keyboard keyboard(true);
   keyboard.keys.on(prompting("clear", {"yes"}));
   keyboard.type("y\nhrnsta\n");
@@ -139,7 +139,7 @@ TEST_CASE("who only observes sends nothing") {
   CHECK(keyboard.keys.leaves());
 }
 
-TEST_CASE("the panel shows step, time, what comes next, limits with margins, and the question") {
+TEST_CASE("the panel shows step, time, next step, limits with margins, and the prompt") {
   procedure_state_t state = prompting("clear", {"yes", "no"});
   criterion_result_t limit{};
   limit.name = "never too near";
@@ -267,7 +267,7 @@ TEST_CASE("without a panel the preconditions take a line while waited for, and o
     state.utime += second;
   }
   CHECK(lines == std::vector<std::string>{"    0.0 s  waiting for a, b, c"});
-  SECTION("told again where it takes long") {
+  SECTION("repeated where it takes long") {
     for (int i = 0; i < 25; ++i) {
       progress.on(state);
       state.utime += second;
@@ -284,7 +284,7 @@ TEST_CASE("without a panel the preconditions take a line while waited for, and o
     REQUIRE(lines.size() == 2);
     CHECK_THAT(lines[1], Contains("ready") && Contains("2 nodes, fence"));
   }
-  SECTION("never met: what is missing is told, what was met is not") {
+  SECTION("never met: only the missing conditions are reported") {
     state.state = procedure_state_t::FINISHED;
     progress.on(state);
     REQUIRE(lines.size() == 3);
@@ -293,7 +293,7 @@ TEST_CASE("without a panel the preconditions take a line while waited for, and o
   }
 }
 
-TEST_CASE("lasting lines tell of steps once, of prompts once, and of holds") {
+TEST_CASE("lasting lines report steps once, prompts once, and holds") {
   std::vector<std::string> lines;
   Progress progress([&lines](const Line& line) { lines.push_back(line.rendered(false)); });
   procedure_state_t state = state_with(procedure_state_t::RUNNING);
@@ -317,7 +317,7 @@ TEST_CASE("lasting lines tell of steps once, of prompts once, and of holds") {
   CHECK_THAT(lines[2], Contains("HELD"));
 }
 
-TEST_CASE("lines are cut by characters, and coloured only where it is wanted") {
+TEST_CASE("lines are cut by characters, and coloured only where requested") {
   Line line("rote ", Style::bad);
   line.add("Größe").tab(14).add("x");
   CHECK(line.width() == 15);
@@ -330,7 +330,7 @@ TEST_CASE("lines are cut by characters, and coloured only where it is wanted") {
   CHECK(text_of_duration(2 * 3600 + 180) == "2 h 03 min");
 }
 
-TEST_CASE("the list of a check fits 100 columns and says what is wrong below its step") {
+TEST_CASE("the list of a check fits 100 columns and has errors below their step") {
   procedures::CheckReport report;
   report.file = "p.yaml";
   report.name = "p";

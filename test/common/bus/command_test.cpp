@@ -102,7 +102,7 @@ TEST_CASE("two commanders with the same numbers each get their own answers, thro
   CHECK(exchange.obeyed["two"].size() == 20);
 }
 
-TEST_CASE("a command without an answer is repeated until its time limit, or for ever") {
+TEST_CASE("a command without an answer is repeated until its time limit, or without end") {
   Exchange exchange;
   exchange.deaf = true;
   Commander me{"me", 7, 0};
@@ -165,7 +165,7 @@ TEST_CASE("a motion that was accepted may still be finished, or given up with a 
   }
 }
 
-TEST_CASE("answers are published for ten seconds, and fit into a message whoever commands") {
+TEST_CASE("answers are published for ten seconds, and fit into a message whatever the commanders") {
   Exchange exchange;
   Commander me{"me", 7, 0};
   Commander huge{std::string(59900, 'x'), 7, 0};

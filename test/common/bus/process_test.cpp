@@ -92,7 +92,7 @@ class WorkingNode final : public Node {
 
 }  // namespace
 
-TEST_CASE("a node that works beats and says that its work takes too long") {
+TEST_CASE("a node at work beats and reports that its work takes too long") {
   ProcessLoop loop(clock_offset_now());
   LcmBus bus(own_url(), loop);
   WorkingNode node({"working", 42, ""}, bus, loop);
@@ -145,7 +145,7 @@ TEST_CASE("jobs of a worker run in their order; an exception reaches the loop") 
   CHECK(worker->waiting() == 0);
 }
 
-TEST_CASE("what the network does not take is counted") {
+TEST_CASE("messages that the network does not take are counted") {
   ProcessLoop loop(clock_offset_now());
   LcmBus bus(own_url(), loop);
   bus.publish(std::string(64, 'c'), heartbeat_t{});  // LCM takes names of up to 63 characters

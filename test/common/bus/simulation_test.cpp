@@ -40,7 +40,7 @@ TEST_CASE("a repeated timer keeps its period and can cancel itself") {
   CHECK(beats == 3);
 }
 
-TEST_CASE("the name of a timer that has fired means nothing to those that come after it") {
+TEST_CASE("the id of a timer that has fired does not cancel a later one") {
   Simulation simulation;
   SimulatedLoop& loop = simulation.make_loop();
   int fired = 0;
@@ -123,7 +123,7 @@ struct Observer {
 
 }  // namespace
 
-TEST_CASE("a node tells its state at 1 Hz and on change, and beats at 20 Hz") {
+TEST_CASE("a node publishes its state at 1 Hz and on change, and beats at 20 Hz") {
   Simulation simulation;
   Observer observer(simulation.make_bus());
   const int& beats = observer.beats;
@@ -139,7 +139,7 @@ TEST_CASE("a node tells its state at 1 Hz and on change, and beats at 20 Hz") {
   CHECK_FALSE(statuses[0].version.empty());
 }
 
-TEST_CASE("a stopped node hears what has waited when it goes on, a killed one nothing any more") {
+TEST_CASE("a stopped node receives waiting messages when it goes on, a killed one none") {
   Simulation simulation;
   SimulatedBus& ears = simulation.make_bus();
   int beats = 0;
@@ -172,7 +172,7 @@ TEST_CASE("a stopped node hears what has waited when it goes on, a killed one no
   CHECK(beats == 4);
 }
 
-TEST_CASE("words of others, however long, fit into an event and a status") {
+TEST_CASE("texts of others, however long, fit into an event and a status") {
   Simulation simulation;
   SimulatedBus& ears = simulation.make_bus();
   std::string event_text;
@@ -215,7 +215,7 @@ TEST_CASE("work is done at once, unless it is stopped: then the node is in FAULT
   CHECK(statuses.back().state == node_status_t::READY);
 }
 
-TEST_CASE("packets are lost for each receiver by itself, in the share asked for") {
+TEST_CASE("packets are lost for each receiver by itself, in the requested share") {
   Simulation simulation;
   SimulatedBus& sender = simulation.make_bus();
   int received[2] = {0, 0};

@@ -129,7 +129,7 @@ TEST_CASE("XYZ: UTF-16 is text") {
   }
 }
 
-TEST_CASE("XYZ: times have the unit that their name says") {
+TEST_CASE("XYZ: times have the unit that their name implies") {
   const auto utime = [](const std::string& name, const std::string& time) {
     const Cloud cloud = xyz("x,y,z," + name + "\n1,2,3," + time + "\n1,2,4," + time + "\n");
     CAPTURE(name, time);
@@ -145,8 +145,7 @@ TEST_CASE("XYZ: times have the unit that their name says") {
   CHECK(utime("\"GPS_time (\xC2\xB5s)\"", "12") == 12);
 }
 
-TEST_CASE(
-    "XYZ: without it, the unit is found from the values, and told; or none is used, and told") {
+TEST_CASE("XYZ: without it, the unit is found from the values or not used; both are reported") {
   const auto read = [](const std::string& first, const std::string& second) {
     return xyz("x y z timestamp\n1 2 3 " + first + "\n1 2 4 " + second + "\n");
   };
@@ -188,7 +187,7 @@ TEST_CASE(
   CHECK(in_nanoseconds.beams[1].utime == 99990);
 }
 
-TEST_CASE("XYZ: a sigma is used where it says something") {
+TEST_CASE("XYZ: a sigma is used where it is informative") {
   const Cloud cloud = xyz("sigma,x,y,z\n0.02,1,2,3\n,1,2,3\n-1,1,2,3\nnan,1,2,3\n0,1,2,3\n");
   CHECK(cloud.has_sigmas);
   CHECK(cloud.counts.hits == 5);
@@ -267,7 +266,7 @@ TEST_CASE("PTX: empty beams become misses whose directions are right to a millir
   }
 }
 
-TEST_CASE("PTX: what tells no direction gives no miss") {
+TEST_CASE("PTX: beams without a known direction give no miss") {
   SECTION("a single return") {
     const Cloud cloud = parse_ptx(ptx("2", "2", "0 0 0 0\n0 0 0 0\n0 0 5 1\n0 0 0 0\n"), "a.ptx");
     CHECK(cloud.counts.hits == 1);

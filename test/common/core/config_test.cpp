@@ -106,7 +106,7 @@ TEST_CASE("quantities are finite and have one sign") {
   CHECK(parse_quantity("+010 mm", Dimension::length) == Approx(0.01));
 }
 
-TEST_CASE("Bounds are checked where a key is read, and said in one way") {
+TEST_CASE("Bounds are checked where a key is read, and reported in one form") {
   const auto refused = [](const std::string& value, Dimension dimension,
                           const ValueBounds& bounds) {
     Config config = Config::parse("a:\n  b: " + value + "\n", "x.yaml");
@@ -195,7 +195,7 @@ TEST_CASE("A value is shown in the unit that makes it shortest") {
   CHECK(text_of(60, Dimension::time) == "60 s");
 }
 
-TEST_CASE("A key under its former name is an error that says the present one") {
+TEST_CASE("A key under its former name is an error that names the present one") {
   Config config = Config::parse("scan_planner:\n  least_margin: 20 mm\n", "estimator.yaml");
   Config planner = config.section("scan_planner");
   double margin = 0;

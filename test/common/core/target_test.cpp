@@ -60,7 +60,7 @@ std::string changed(const std::string& from, const std::string& to) {
 
 }  // namespace
 
-TEST_CASE("a target's folder says what is known of its parts, joints and ports") {
+TEST_CASE("a target's folder describes its parts, joints and ports") {
   const Folder folder(satellite_yaml);
   const Target target = folder.load();
   CHECK(target.length == Approx(3));
@@ -100,7 +100,7 @@ TEST_CASE("another length scales mesh, ports, joints and mount, no sigma") {
   CHECK(ports[0].pose.position.isApprox(half.port()->pose.position));
 }
 
-TEST_CASE("a joint at rest elsewhere turns its part alone, about its axis") {
+TEST_CASE("a joint at another rest angle turns its part alone, about its axis") {
   const Folder folder(changed("range: [-20 deg, 90 deg]", "range: [0 deg, 90 deg], rest: 90 deg"));
   const Target target = folder.load();
   const Box box = bounding_box(target.mesh);

@@ -142,7 +142,7 @@ TEST_CASE("bytes that are no text are refused by line") {
         "H\xC3\xB6he \xF0\x9F\x9B\xB0");
 }
 
-TEST_CASE("what is no file with keys in it says what it is") {
+TEST_CASE("a path that is no file with keys is refused with what it is") {
   const TemporaryDirectory directory;
   const auto error_of = [](const std::filesystem::path& path) -> std::string {
     try {

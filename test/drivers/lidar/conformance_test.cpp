@@ -180,7 +180,7 @@ TEST_CASE("a device without answer to Cancel, whose clock is of milliseconds, is
         std::set<std::string>{"device clock", "version 2: stamps", "version 1: stamps", "Cancel"});
 }
 
-TEST_CASE("where nobody listens there is nothing to test") {
+TEST_CASE("without a listening device there is nothing to test") {
   CHECK_THROWS_AS(test_conformance(free_address(), [](const ConformanceCheck&) {}), InputError);
   CHECK_THROWS_AS(test_conformance("nowhere", [](const ConformanceCheck&) {}), InputError);
 }

@@ -87,7 +87,7 @@ struct NodeBench {
 
 }  // namespace
 
-TEST_CASE("the driver finds its LIDAR and says what it is") {
+TEST_CASE("the driver finds its LIDAR and reports its identity") {
   NodeBench bench;
   CHECK(bench.state.state == lidar_state_t::IDLE);
   CHECK(bench.state.model == "ILRIS-3D");
@@ -142,7 +142,7 @@ TEST_CASE("a scan of several windows arrives while it runs, in host time, skewed
   CHECK(bench.packets.back().count == 0);
 }
 
-TEST_CASE("a repeated request is not scanned again; the end is told again every second") {
+TEST_CASE("a repeated request is not scanned again; the end is repeated every second") {
   NodeBench bench;
   bench.send_and_wait(bench.request(1));
   const auto fired = bench.device->beams_fired();
@@ -196,7 +196,7 @@ TEST_CASE("requests of another session or of the past are not obeyed") {
   CHECK(bench.events_named("stale-scan-request") == 1);
 }
 
-TEST_CASE("cancel ends a scan and says so") {
+TEST_CASE("cancel ends a scan and is reported") {
   NodeBench bench;
   bench.send_and_wait(bench.request(1, 4000), 200 * millisecond);
   auto r = bench.request(1);
@@ -331,7 +331,7 @@ TEST_CASE("a device of version 1 is greeted in it once it refuses the newest, an
   CHECK(bench.packets[1].scan_status == ScanPacket::COMPLETE);
 }
 
-TEST_CASE("all that a device says of a beam is on the bus, in packets of one datagram") {
+TEST_CASE("all fields of a device's beams are on the bus, in packets of one datagram") {
   NodeBench bench(false);
   OddDevice device(bench.simulation, [&](lidar::Connection& wire, const lidar::Message& message) {
     if (behave(bench.simulation, wire, message)) return;
@@ -387,7 +387,7 @@ TEST_CASE("a device that answers but never measures ends the scan") {
   CHECK_THAT(bench.packets[0].reason, Contains("no returns of a running scan"));
 }
 
-TEST_CASE("returns that do not follow one another, or come from another time, are not believed") {
+TEST_CASE("returns that do not follow one another, or come from another time, are not used") {
   const auto run = [](std::uint32_t beams_before, Utime clock_step) {
     NodeBench bench(false);
     OddDevice device(bench.simulation, [&](lidar::Connection& wire, const lidar::Message& message) {

@@ -203,7 +203,7 @@ TEST_CASE("times of clouds part their beams and their scans") {
   CHECK(bench.times[4] - requested_at == 3 * second);
 }
 
-TEST_CASE("a log of today gives back all that was said of a beam") {
+TEST_CASE("a log of today gives back all fields of a beam") {
   Directory directory;
   const auto file = directory.path / "run.lcm";
   {
@@ -280,7 +280,7 @@ TEST_CASE("a played scan can be cancelled; the next order gets the next scan") {
   CHECK(bench.beams.back().range_m == 7);
 }
 
-TEST_CASE("nothing to play is said by name") {
+TEST_CASE("a source with nothing to play is an error by name") {
   Directory directory;
   Simulation simulation;
   SimulatedLoop& loop = simulation.make_loop();

@@ -97,7 +97,7 @@ TEST_CASE("the bytes are the documented ones") {
   for (std::size_t i = 0; i < 4; ++i) CHECK(bytes[12 + i] == ((crc >> (8 * i)) & 0xff));
 }
 
-TEST_CASE("version 1 says of a beam what it can, and is understood") {
+TEST_CASE("version 1 has the fields of a beam that it can hold, and is understood") {
   const auto sent = samples();
   const auto bytes = encode(sent[4], 1);
   CHECK(bytes[5] == 0x83);

@@ -82,8 +82,7 @@ TEST_CASE("farther apart they give two echoes: the first or the last, as selecte
   CHECK(received(split(4, 5.0, 5.2), sharp)->range == Approx(5.0));
 }
 
-TEST_CASE(
-    "an echo that is weak beside the strongest is not seen; a beam that meets nothing is a miss") {
+TEST_CASE("an echo that is weak next to the strongest is lost; a beam without a hit is a miss") {
   CHECK(received(split(1, 5.0, 6.0))->range == Approx(6.0));
   BeamModel keen;
   keen.min_echo = 0.05;

@@ -41,7 +41,7 @@ double largest_hole(const Window& w) {
 
 }  // namespace
 
-TEST_CASE("every pattern has the beams asked for, all in the window") {
+TEST_CASE("every pattern has the requested beams, all in the window") {
   for (const Pattern shape : all_patterns) {
     for (const int count : {1, 2, 3, 7, 50, 999, 1000}) {
       INFO("pattern " << static_cast<int>(shape) << ", " << count << " beams");

@@ -87,7 +87,7 @@ TEST_CASE("the device names itself and its limits") {
   CHECK(identity[0].field_of_view_rad[0] == Approx(radians(40)));
 }
 
-TEST_CASE("a host that does not speak the protocol is told so and left") {
+TEST_CASE("a host that does not speak the protocol is notified and left") {
   Bench bench;
   bench.connect();
   SECTION("no greeting") { bench.send(Cancel{1}); }
@@ -111,7 +111,7 @@ TEST_CASE("host and device speak the newest version of both") {
   }
 }
 
-TEST_CASE("a beam over an edge tells both surfaces, one that fails tells none") {
+TEST_CASE("a beam over an edge reports both surfaces, one that fails reports none") {
   SimulatedLidarSettings settings = perfect();
   settings.receiver.errors.footprint = true;
   settings.receiver.errors.returns = 2;
@@ -218,10 +218,10 @@ TEST_CASE("each beam meets the scene as it was when the beam left") {
   CHECK(first - last == Approx(0.5 * 119 * 500e-6).margin(1e-5));
 }
 
-TEST_CASE("beams that return nothing and returns from too near say so") {
+TEST_CASE("beams without a return and returns from too near are marked") {
   Bench bench(perfect());
   bench.greet();
-  SECTION("beside the plate") {
+  SECTION("next to the plate") {
     bench.send(ScanOrder{1, {{0, 0, radians(40), 0, Pattern::raster, 100, 0, ""}}});
     bench.simulation.run_for(1 * second);
     int hits = 0;

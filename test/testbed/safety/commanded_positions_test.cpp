@@ -96,7 +96,7 @@ TEST_CASE("commanded positions widen truth by the servos' following error, in mo
   CHECK(at_rest.norm() < 1e-4 * covariance_of(measured.stationary).norm());
 }
 
-TEST_CASE("a site that reports commanded positions says how far the servos follow") {
+TEST_CASE("a site that reports commanded positions states the servos' following error") {
   const TemporaryDirectory directory;
   const auto wrong = [&](const std::string& how) {
     try {

@@ -148,7 +148,7 @@ TEST_CASE("after an alarm is put right and reset the same run goes on") {
   CHECK(evaluation::compare_log(run.directory.path() / "log.lcm").agrees);
 }
 
-TEST_CASE("an alarm while nobody has control ends the run") {
+TEST_CASE("an alarm while no operator has control ends the run") {
   AttendedRun run(false);
   run.world.inject("plc", "estop");
   REQUIRE(run.world.run_until([&] { return run.done; }, 60));

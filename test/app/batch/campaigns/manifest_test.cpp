@@ -121,7 +121,7 @@ TEST_CASE("what is drawn is drawn from where the manifest says") {
   CHECK(std::abs(trace) < 5 / std::sqrt(n));  // uniform over SO(3): mean 0, variance 1
 }
 
-TEST_CASE("an attitude in a list becomes the pendant's angles, and is told") {
+TEST_CASE("an attitude in a list becomes the pendant's angles, and is reported") {
   const Manifest manifest = parsed(replaced(acquisition, "any attitude", "[any attitude]"));
   const Trial trial = trial_of(manifest, 0);
   const std::string text = trial.parameters[2].second;
@@ -129,7 +129,7 @@ TEST_CASE("an attitude in a list becomes the pendant's angles, and is told") {
   CHECK(std::count(text.begin(), text.end(), ',') == 2);
 }
 
-TEST_CASE("a wrong manifest is told with file, line and key") {
+TEST_CASE("an error in a manifest names file, line and key") {
   CHECK(complaint("seed: 3", "sead: 3") ==
         "campaigns/few.yaml:3: key 'sead': is not known here; did you mean 'seed'?");
   CHECK_THAT(
@@ -164,7 +164,7 @@ TEST_CASE("a wrong manifest is told with file, line and key") {
              Contains("no other file"));
 }
 
-TEST_CASE("a procedure's campaign knows its parameters, phases and the keys of the configuration") {
+TEST_CASE("a procedure's campaign checks parameters, phases and keys of the configuration") {
   const auto with = [](const std::string& more, const std::string& measurements) {
     return parse_manifest("procedure: procedures/approach.yaml\ntrials: 2\n" + more +
                               "measurements: [" + measurements + "]\n",

@@ -34,7 +34,7 @@ SlurmOptions options_of(const fs::path& directory, const std::string& text) {
   return load_slurm_options(file);
 }
 
-TEST_CASE("each missing block is in one task, and tasks are as long as was asked for") {
+TEST_CASE("each missing block is in one task, and tasks have the requested length") {
   const auto all = blocks_of(100, 10);
   Random random(1, "missing");
   for (const double share : {1.0, 0.5, 0.02}) {

@@ -87,7 +87,7 @@ TEST_CASE("a file that is no history, or one of a newer Berth, is refused by nam
   CHECK_THROWS_WITH(History(directory / "newer.sqlite"), Catch::Contains("newer Berth"));
 }
 
-TEST_CASE("whoever is notified gets the summary and the verdict; a failure is told") {
+TEST_CASE("a notification has the summary and the verdict; its failure is reported") {
   const TemporaryDirectory directory;
   NightReport report;
   report.night.name = "tonight";

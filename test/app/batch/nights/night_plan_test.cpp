@@ -117,7 +117,7 @@ procedures:
   CHECK(runs_of_night(plan, 1).size() == 6);  // the baseline need not fly in lab
 }
 
-TEST_CASE("mistakes in a plan are told with file, line and key") {
+TEST_CASE("errors in a plan name file, line and key") {
   const PlanFile plan_file;
   const auto has = [&](const std::string& text, const std::string& expected) {
     INFO(text);

@@ -71,7 +71,7 @@ FinishedRun made_run(const std::string& case_name, Build build, std::uint64_t se
 
 }  // namespace
 
-TEST_CASE("a family of questions raises as many false alarms as it is allowed, not more") {
+TEST_CASE("a family of tests keeps its family-wise alpha") {
   const bool paired = GENERATE(true, false);
   Random random(3, paired ? "paired" : "unpaired");
   constexpr double level = 0.1;
@@ -88,7 +88,7 @@ TEST_CASE("a family of questions raises as many false alarms as it is allowed, n
   CHECK(flagged > 8);
 }
 
-TEST_CASE("a tenth more is seen among many questions where nothing changed") {
+TEST_CASE("an increase by a tenth is found among many unchanged values") {
   const bool paired = GENERATE(true, false);
   Random random(5, "power");
   auto tests = made_up(random, 3, paired ? 16 : 60, 16);
@@ -105,7 +105,7 @@ TEST_CASE("a tenth more is seen among many questions where nothing changed") {
   CHECK(answers.back().change == Approx(0.1).margin(0.05));
 }
 
-TEST_CASE("a tiny change is none, however consistent, and hides no other") {
+TEST_CASE("a change below the minimum effect is none, however consistent, and hides no other") {
   std::vector<Test> tests;
   for (int q = 0; q < 50; ++q) {
     tests.push_back({0, std::vector<double>(16, 1), std::vector<double>(16, 1 + 1e-6), 0.05});
@@ -119,7 +119,7 @@ TEST_CASE("a tiny change is none, however consistent, and hides no other") {
   CHECK(answers.back().p < 0.002);
 }
 
-TEST_CASE("too few runs tell nothing") {
+TEST_CASE("too few runs decide nothing") {
   const auto few =
       paired_family({{0, {1, 1, 1, 1, 1, missing, 1, 1}, {2, 2, 2, 2, 2, 2, 2, 2}, 0}}).front();
   CHECK(std::isnan(few.change));
@@ -158,7 +158,7 @@ TEST_CASE("changes are found pair by pair, as ratios, and named by their kind") 
     CHECK(none.comparisons == 0);
     REQUIRE(none.remarks.size() == 1);
   }
-  SECTION("a baseline that crashed says nothing") {
+  SECTION("a baseline that crashed decides nothing") {
     for (FinishedRun& run : evidence.baseline) {
       run.outcome = Outcome::error;
       run.values.clear();
@@ -233,7 +233,7 @@ TEST_CASE("an improvement of whatever is measured leaves the night clean") {
   }
 }
 
-TEST_CASE("as many runs may fail as the plan says, by chance") {
+TEST_CASE("as many runs may fail as the plan's probability of failure allows") {
   CHECK(binomial_tail(0, 10, 0) == 1);
   CHECK(binomial_tail(1, 10, 0) == 0);
   CHECK(binomial_tail(1, 2, 0.5) == Approx(0.75));

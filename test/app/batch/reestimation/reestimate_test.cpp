@@ -101,7 +101,7 @@ TEST_CASE("A log is enough: its run directory is not needed") {
   CHECK(run.again.filename() == "alone");
 }
 
-TEST_CASE("Another method gives other estimates of the same scans, and a log that says so") {
+TEST_CASE("Another method gives other estimates of the same scans, and is recorded in the log") {
   TemporaryDirectory folder;
   EstimatorChanges changes;
   changes.set = {"tracking.method=icp", "range_gate.far=9 m"};
@@ -201,7 +201,7 @@ TEST_CASE("Damage costs no good message") {
   CHECK(run.result.estimates >= run.result.recorded - 1);
 }
 
-TEST_CASE("Wrong input is told of by name, and the other runs go on") {
+TEST_CASE("Wrong input is reported by name, and the other runs go on") {
   TemporaryDirectory folder;
   EstimatorChanges changes;
   const auto error = [&](const std::string& set) {
