@@ -57,7 +57,7 @@ class Blanket final : public Scene {
   Pose to_model_;
 };
 
-/// The believed target as the world has it.
+/// The modelled target as the world has it.
 Target true_target(const Target& believed, const Departures& world, Random& random) {
   Target target = draw_true_target(believed, world.target, random.bits()).target;
   if (!world.turned) return target;

@@ -16,7 +16,7 @@ namespace berth::benchmark {
 
 using namespace trials;
 
-/// How a world departs from what the estimator believes.
+/// How a world departs from the estimator's model.
 struct Departures {
   std::string name;
   /// Of the target itself: the mesh displaced, a part missing or too many.
@@ -30,7 +30,7 @@ struct Departures {
   bool once = false;         ///< single scans of 1,000 returns in free space alone
 };
 
-/// Each departure alone, between the world that is as believed (first), with that of users after
+/// Each departure alone, between the world that is as modelled (first), with that of users after
 /// it, and all of them (last). @param config directory of the configuration, the first call's
 const std::vector<Departures>& departure_worlds(const std::filesystem::path& config);
 

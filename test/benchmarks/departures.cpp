@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The estimator where the world departs from what it believes: each departure alone and together.
+// The estimator where the world departs from its model: each departure alone and together.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -26,7 +26,7 @@ constexpr double start_rad = radians(2);
 constexpr int reference_points = 20000;
 constexpr std::array<int, 3> filtered_scans = {5, 50, 200};
 
-/// A target as the estimator believes it to be.
+/// A target as the estimator models it.
 struct Sighting {
   std::string target;
   std::string view;  ///< a bare mesh "free" in space or "held" by the arm; free and "described"
@@ -44,7 +44,7 @@ struct Sighting {
 };
 
 struct Cell {
-  const Sighting* sighting = nullptr;  ///< as is believed
+  const Sighting* sighting = nullptr;  ///< as modelled
   const Sighting* seen = nullptr;      ///< what is there
   const Departures* world = nullptr;
   int returns = 0;

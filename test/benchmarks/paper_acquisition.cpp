@@ -113,7 +113,7 @@ struct Result {
   double mm = 0;
 };
 
-/// The pose's error, and success, as the paper tells them: the failures are flips of the target's
+/// The pose's error, and success, as the paper reports them: the failures are flips of the target's
 /// near symmetries and views that determine nothing.
 Result result_of(const estimator::Acquisition& method, const BeamModel& noise,
                  const PoseJudge& judge, const DataSet& data, double kept, Random random) {

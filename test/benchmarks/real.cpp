@@ -76,7 +76,7 @@ std::vector<fs::path> files_of(const fs::path& folder, const std::string& extens
   return files;
 }
 
-/// A flat board seen by a spinning LIDAR; motion capture tells its pose to some 30 mm along its
+/// A flat board seen by a spinning LIDAR; motion capture measures its pose to some 30 mm along its
 /// normal, the model's x.
 void add_umich(const fs::path& folder, std::vector<RealScan>& scans) {
   for (const fs::path& file : files_of(folder, ".json")) {

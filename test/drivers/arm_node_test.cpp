@@ -297,7 +297,7 @@ TEST_CASE("a HOLD is obeyed whatever its session, age or order, and reported by 
   bench.simulation.run_for(20 * millisecond);
   CHECK_THAT(bench.text_of("unusual-stop"), Catch::Contains(expected_text));
 
-  // The testbed answers a HOLD of somebody else with its own before it starts again.
+  // The testbed answers a HOLD of another sender with its own before it starts again.
   if (hold.session != ArmBench::session) {
     bench.send(arm_command_t::START);
     bench.simulation.run_for(300 * millisecond);

@@ -99,7 +99,7 @@ bool has(const AcquisitionResult& found, const Pose& truth) {
   return has(found, *lopsided(), truth);
 }
 
-/// Something, alone in space, that is believed to be something else.
+/// Something, alone in space, that is modelled as something else.
 PreprocessedScan scan_of(const Mesh& mesh, const Mesh& believed, const Pose& pose, int beams,
                          std::uint64_t seed) {
   ScanMaker lidar(mesh, seed);

@@ -30,7 +30,7 @@ int beams_in(const scan_request_t& request) {
 TEST_CASE("The noise is learnt from the returns, found and followed at a half and three times it") {
   double nominal_sigma = 0;
   for (const double factor : {1.0, 0.5, 3.0}) {
-    INFO(factor << " times the noise that the LIDAR says");
+    INFO(factor << " times the nominal noise");
     EstimatorSetup setup = test_setup();
     // The mesh is the surface and ranges are not biased, as here: else the pose's sigma is of that.
     setup.options.likelihood_tracking.bare_surface_sigma_m = 1e-4;

@@ -64,7 +64,7 @@ void check_steps(const std::vector<Window>& windows) {
   }
 }
 
-/// Root of the least trace of the covariance, with a weak prior for what no surface holds.
+/// Root of the minimum trace of the covariance, with a weak prior for what no surface holds.
 double rms_bound(const Matrix6d& information, double half_length) {
   const Matrix6d prior = Matrix6d::Identity() / std::pow(0.3 * half_length, 2);
   return std::sqrt((prior + information).llt().solve(Matrix6d::Identity()).trace());

@@ -28,9 +28,9 @@ Pose swinging(double t, double speed) {
 }
 
 /// Estimates at 2 Hz of a world in which truth's clocks and mounts are off, with the noise that
-/// their covariance says. The estimator believes a velocity that is a little old, and holds what it
-/// measures back towards what it expects by that: by the share `shrinkage`, or by `sliding` along
-/// the target's long side alone.
+/// their covariance states. The estimator assumes a velocity that is a little old, and holds what
+/// it measures back towards what it expects by that: by the share `shrinkage`, or by `sliding`
+/// along the target's long side alone.
 RunRecord swung(double speed, double delay, std::uint64_t seed, double shrinkage = 0,
                 double sliding = 0) {
   Random random(seed, "delays");

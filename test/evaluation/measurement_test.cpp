@@ -246,7 +246,7 @@ TEST_CASE("what cannot be decided is inconclusive") {
     CHECK(result.result == criterion_result_t::INCONCLUSIVE);
     CHECK(result.reason == "within truth's own uncertainty of the limit");
   }
-  // Truth good to 10 mm cannot vouch for 20 mm.
+  // Truth good to 10 mm cannot decide on 20 mm.
   CHECK(judged(flown(error, 10 * mm), "max: 20 mm").result == criterion_result_t::INCONCLUSIVE);
   CHECK(judged(record, "max: 20 mm, samples: 41").reason == "40 samples, 41 needed");
   CHECK(judged(record, "max: 20 mm, phase: third").reason == "phase 'third' did not run");

@@ -137,7 +137,7 @@ TEST_CASE("channels whose names differ in a sign have tables of their own; one t
     names[file.channel] = file.path.filename().string();
   }
   CHECK(read_file(out.path() / "a b.csv") == "of somebody else");
-  CHECK(names["a_b"] == "a_b-2.csv");  // "A_B" came first; a file system may not tell them apart
+  CHECK(names["a_b"] == "a_b-2.csv");  // "A_B" came first; a file system may not distinguish them
   CHECK(names["A_B"] == "A_B.csv");
   CHECK(names["a/b"] == "a_b-3.csv");
   CHECK(names["../up"] == "_._up.csv");

@@ -41,7 +41,7 @@ for text in ("{", '{"type": "command"}', '{"type": "command", "id": 1, "command"
         pass
     rude.close()
 
-# Nobody has control: nothing is obeyed.
+# Control is free: nothing is obeyed.
 assert page.request("lamps", sun=0.5)["text"] == "take control first"
 assert "not known" in page.request("fly")["text"]
 assert page.request("take_control")["accepted"]
@@ -58,7 +58,7 @@ page.until(lambda: page.get("procedure")["current_step"] >= 1, 60, "the second s
 other = Page(port)
 other.until(lambda: other.hello, 10, "a second viewer")
 assert "has control" in other.request("abort", reason="mine")["text"]
-assert other.request("hold")["accepted"], "a hold is obeyed, whoever asks"
+assert other.request("hold")["accepted"], "a hold is obeyed from every viewer"
 page.until(lambda: state(page) == HELD, 10, "held")
 assert not page.request("resume", "yes-0")["accepted"]
 page.listen(2)  # to rest
@@ -66,7 +66,7 @@ confirmed = page.insist("resume")
 assert "free_pose" in confirmed["text"], confirmed
 page.until(lambda: state(page) == 1, 10, "resumed")
 
-# The second viewer takes over, and is lost: the procedure is held, and nobody has control.
+# The second viewer takes over, and is lost: the procedure is held, and control is free.
 other.insist("take_control")
 page.until(lambda: not page.mine(), 5, "control taken over")
 assert "has control" in page.request("abort", reason="mine")["text"]

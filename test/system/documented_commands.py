@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""documented_commands.py BIN MAKE_CLOUD [PAGE...]: does what the documents say, and has it the effect?
+"""documented_commands.py BIN MAKE_CLOUD [PAGE...]: runs the documented commands and checks their effects
 
 Of each block ```sh or ```console of README.md, CONTRIBUTING.md, examples/README.md, the pages in the
 order of docs/README.md and those of docs/howto. A comment before the block has a line for each of its commands:
@@ -116,7 +116,7 @@ class Homes:
         (run,) = (home / "runs").iterdir()
         run.rename(home / "runs/RUN")
         shutil.copy(home / "runs/RUN/run.lcm", home / "bad.lcm")
-        devices = home / "config/devices.yaml"  # at ports below 1024, where nobody listens
+        devices = home / "config/devices.yaml"  # at ports below 1024, where nothing listens
         devices.write_text(devices.read_text().replace("127.0.0.1:150", "127.0.0.1:1"))
         shutil.copytree(home / "config", home / "my_config")
         shutil.copy(home / "config/layouts/range.yaml", home / "my_config/layouts/my_layout.yaml")

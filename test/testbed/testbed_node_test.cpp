@@ -462,7 +462,7 @@ TEST_CASE("only the holder of the lease moves the arms") {
     CHECK(cell.state.refused_seq == take.seq);
     CHECK(cell.state.lease_holder == "test");
     CHECK(cell.replica->setpoints == 0);
-    // but anybody may stop them
+    // but every commander may stop them
     const std::int64_t move = cell.send(cell.move_to({0, 0, 5000, 0, 0, 0}));
     cell.run_for(2.0);
     CHECK(cell.state.command_seq == move);

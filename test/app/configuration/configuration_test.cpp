@@ -105,7 +105,7 @@ TEST_CASE("Every kind has files, and every value in them a meaning") {
     CHECK_FALSE(shipped_files(kind).empty());
     for (const DescribedKey& one : described_keys(kind)) {
       if (one.key.kind == ConfigKey::Kind::map || one.key.kind == ConfigKey::Kind::maps) continue;
-      INFO(one.key.path + ": say it in a comment beside the key in " + kind.files);
+      INFO(one.key.path + ": explain it in a comment next to the key in " + kind.files);
       CHECK_FALSE(one.meaning.empty());
     }
   }

@@ -105,7 +105,7 @@ class Probe : public Node {
  public:
   using Node::Node;
   void become_ready() { report(node_status_t::READY, ""); }
-  void publish_event(const std::string& text) { event(event_t::INFO, "told", text); }
+  void publish_event(const std::string& text) { event(event_t::INFO, "probe", text); }
   void do_work(Worker::Job job) { work(std::move(job)); }
 };
 

@@ -36,7 +36,7 @@ struct Outcome {
   double braking = -1;       ///< the later of both arms goes slower, in the simulated world
   double at_rest = -1;       ///< both arms stand, in the simulated world
   double min_clearance = 0;  ///< m, from the fault to the end
-  std::string code;          ///< of the testbed's first warning or error; without one, of anybody's
+  std::string code;          ///< of the testbed's first warning or error; without one, of any node
   std::string text;
   std::int8_t state = -1;  ///< of the testbed, before anything was mended
   bool resumed = false;    ///< it went on as it should

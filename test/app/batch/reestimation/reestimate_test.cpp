@@ -82,7 +82,7 @@ TEST_CASE("The unchanged estimator gives the recorded estimates, bit for bit") {
   const Content new_log = content(run.again / "run.lcm");
   CHECK(new_log.others == old_log.others);
   CHECK(new_log.own.at(channels::scan_request) - old_log.own.at(channels::scan_request) <= 1);
-  // A run directory like any other, of which the same is said.
+  // A run directory like any other, of which the same holds.
   const RunSetup again = RunFiles::open(run.again).setup;
   CHECK(again.target == (run.again / "target" / "radarsat2").string());
   CHECK(load_target(again.target, 0).hash == load_target(recorded().run.setup.target, 0).hash);
