@@ -58,8 +58,8 @@ class Blanket final : public Scene {
 };
 
 /// The modelled target as the world has it.
-Target true_target(const Target& believed, const Departures& world, Random& random) {
-  Target target = draw_true_target(believed, world.target, random.bits()).target;
+Target true_target(const Target& modelled, const Departures& world, Random& random) {
+  Target target = draw_true_target(modelled, world.target, random.bits()).target;
   if (!world.turned) return target;
   const double angle = radians(random.uniform(8, 15)) * (random.uniform() < 0.5 ? -1 : 1);
   target.mesh = turned_mesh(target, std::vector<double>(target.parts.size(), angle));

@@ -542,7 +542,7 @@ void draw_surface(const Settings& settings, const Results& results) {
       "set multiplot layout 1,2\nset xlabel 'surface off, mm (1 sigma)'\nset logscale xy\n"
       "set xrange [1.5:22]\nset xtics (2,4,8,16)\nset grid\nset key top left");
   std::string errors = "set ylabel 'error, mm (median; ICP dashed)'\nplot ";
-  std::string honesty =
+  std::string consistency =
       "set ylabel 'mean NEES'\nset yrange [1:100]\nplot 6 with lines lc rgb "
       "'#909090' dt 2 title 'honest'";
   std::size_t c = 0;
@@ -559,10 +559,10 @@ void draw_surface(const Settings& settings, const Results& results) {
     const std::string colour = std::string("lc rgb '") + colour_of(c++) + "'";
     errors += "$" + view + " using 1:2 with linespoints pt 7 ps 0.6 " + colour + " title '" + view +
               "', $" + view + " using 1:3 with lines dt 2 " + colour + " notitle, ";
-    honesty += ", $" + view + " using 1:4:5:6 with yerrorlines pt 7 ps 0.6 " + colour + " title '" +
-               view + "'";
+    consistency += ", $" + view + " using 1:4:5:6 with yerrorlines pt 7 ps 0.6 " + colour +
+                   " title '" + view + "'";
   }
-  figure.line(errors + "\n" + honesty + "\nunset multiplot");
+  figure.line(errors + "\n" + consistency + "\nunset multiplot");
   figure.draw(settings.out);
 }
 
@@ -593,8 +593,8 @@ Sighting sighting_of(const Settings& settings, const std::string& target, const 
   sighting.scenes = std::make_shared<SceneMaker>(settings.config, target, held);
   const Target& there = sighting.scenes->target();
   sighting.target = there.name;
-  const auto compiled = [&](const Target& believed) {
-    return estimator::load_target_model(believed, settings.options.model,
+  const auto compiled = [&](const Target& modelled) {
+    return estimator::load_target_model(modelled, settings.options.model,
                                         estimator::default_cache_directory());
   };
   if (is_described) {

@@ -42,12 +42,12 @@ TEST_CASE("an unperturbed cell is where nominal kinematics of the reported joint
     rig.move(1);
     rig.simulation.run_for(second);  // set-points have stopped: both arms are held
     CHECK(rig.arms[ArmRole::replica].state == arm_state_t::HELD);
-    const Pose believed =
+    const Pose modelled =
         rig.nominal.relative_pose(rig.reported(ArmRole::replica), rig.reported(ArmRole::sensor));
     const Pose truth = rig.cell->true_relative_pose(rig.simulation.now());
-    CHECK(distance(believed, truth) < 2e-5);
-    CHECK(angle_between(believed, truth) < 1e-5);
-    CHECK(distance(believed, rig.nominal.relative_pose(rig.nominal.replica.home,
+    CHECK(distance(modelled, truth) < 2e-5);
+    CHECK(angle_between(modelled, truth) < 1e-5);
+    CHECK(distance(modelled, rig.nominal.relative_pose(rig.nominal.replica.home,
                                                        rig.nominal.sensor.home)) > 0.05);
   }
 }

@@ -100,12 +100,12 @@ bool has(const AcquisitionResult& found, const Pose& truth) {
 }
 
 /// Something, alone in space, that is modelled as something else.
-PreprocessedScan scan_of(const Mesh& mesh, const Mesh& believed, const Pose& pose, int beams,
+PreprocessedScan scan_of(const Mesh& mesh, const Mesh& modelled, const Pose& pose, int beams,
                          std::uint64_t seed) {
   ScanMaker lidar(mesh, seed);
   lidar.beam = near_lidar;
   lidar.pose = pose;
-  return preprocess(sweep_around(lidar, believed, beams), cell_gate, near_lidar);
+  return preprocess(sweep_around(lidar, modelled, beams), cell_gate, near_lidar);
 }
 
 }  // namespace

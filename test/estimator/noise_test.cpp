@@ -85,9 +85,9 @@ TEST_CASE("Learnt noise is bounded, and moves little with few returns") {
   CHECK(noise.factor() == Approx(3));
   CHECK_FALSE(noise.update(0, 1000));  // a method that does not know
   CHECK(noise.factor() == Approx(3));
-  NoiseScale believed(nominal, {1, 1});
-  CHECK_FALSE(believed.update(9, 1000));
-  CHECK(believed.factor() == 1);
+  NoiseScale constant(nominal, {1, 1});
+  CHECK_FALSE(constant.update(9, 1000));
+  CHECK(constant.factor() == 1);
 }
 
 TEST_CASE("A slow scanner gets fewer beams a scan, unless a command states how many") {

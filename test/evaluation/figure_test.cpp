@@ -21,7 +21,7 @@ std::vector<Figure> figures_in(const std::string& chart) {
   return read_figures(config, read_criteria(config));
 }
 
-std::string complaint(const std::string& chart) {
+std::string error_of(const std::string& chart) {
   try {
     figures_in(chart);
   } catch (const InputError& e) {
@@ -85,9 +85,9 @@ TEST_CASE("a figure names what is drawn, over what, and whose limits") {
 TEST_CASE("a figure that cannot be drawn is refused by name") {
   const auto has = [](const std::string& chart, const std::string& words) {
     INFO(chart);
-    INFO(complaint(chart));
-    CHECK(complaint(chart).find(words) != std::string::npos);
-    CHECK(complaint(chart).find("p.yaml:") == 0);
+    INFO(error_of(chart));
+    CHECK(error_of(chart).find(words) != std::string::npos);
+    CHECK(error_of(chart).find("p.yaml:") == 0);
   };
   has("draw: [x_stop]", "found 'x_stop', expected measurements that are series, or x y z w p r");
   has("draw: [update_rate]", "found 'update_rate'");

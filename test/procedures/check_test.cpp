@@ -180,12 +180,11 @@ criteria:
   for (auto& t : inside_out.triangles) std::swap(t[0], t[1]);
   save_ply(inside_out, mesh);
   setup.target = mesh;
-  const std::string complaint = findings_of(check_procedure(procedure, setup));
+  const std::string error = findings_of(check_procedure(procedure, setup));
   std::filesystem::remove(mesh);
-  CHECK_THAT(complaint, Contains("step 'approach'") && Contains("has no docking port"));
-  CHECK_THAT(complaint, Contains("criterion 'c'"));
-  CHECK_THAT(complaint,
-             Contains("berth-check-target.ply: warning: target: its surface is inside out"));
+  CHECK_THAT(error, Contains("step 'approach'") && Contains("has no docking port"));
+  CHECK_THAT(error, Contains("criterion 'c'"));
+  CHECK_THAT(error, Contains("berth-check-target.ply: warning: target: its surface is inside out"));
 }
 
 TEST_CASE("a step that cannot end in its time is an error when its time is known") {

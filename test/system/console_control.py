@@ -51,7 +51,7 @@ page.until(lambda: abs(page.get("facility").get("sun_lamp", 0) - 0.5) < 0.05, 10
 assert not page.request("run", procedure="../config/testbed.yaml")["accepted"]
 
 # A procedure, from the page.
-page.insist("run", procedure="free_pose.yaml", parameters={"survey": "60 s", "returns": "500"})
+page.request_and_confirm("run", procedure="free_pose.yaml", parameters={"survey": "60 s", "returns": "500"})
 page.until(lambda: state(page) == 1, 60, "a procedure that runs")
 page.until(page.mine, 10, "control of the procedure")
 page.until(lambda: page.get("procedure")["current_step"] >= 1, 60, "the second step")
@@ -62,12 +62,12 @@ assert other.request("hold")["accepted"], "a hold is obeyed from every viewer"
 page.until(lambda: state(page) == HELD, 10, "held")
 assert not page.request("resume", "yes-0")["accepted"]
 page.listen(2)  # to rest
-confirmed = page.insist("resume")
+confirmed = page.request_and_confirm("resume")
 assert "free_pose" in confirmed["text"], confirmed
 page.until(lambda: state(page) == 1, 10, "resumed")
 
 # The second viewer takes over, and is lost: the procedure is held, and control is free.
-other.insist("take_control")
+other.request_and_confirm("take_control")
 page.until(lambda: not page.mine(), 5, "control taken over")
 assert "has control" in page.request("abort", reason="mine")["text"]
 other.close()

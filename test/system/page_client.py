@@ -114,7 +114,7 @@ class Page:
         self.until(lambda: number in self.answers, 10, f"an answer to {name}")
         return self.answers.pop(number)
 
-    def insist(self, name, **arguments):
+    def request_and_confirm(self, name, **arguments):
         """Sends the command and then its confirmation, as a person who answers yes."""
         first = self.request(name, **arguments)
         assert not first["accepted"] and first["confirm"], f"{name} needed no confirmation: {first}"

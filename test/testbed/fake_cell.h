@@ -54,7 +54,7 @@ class FakeArm final : public Node {
   bool silent = false;
   bool valid = true;
   bool stuck = false;
-  bool deaf = false;  ///< receives no command
+  bool unresponsive = false;  ///< receives no command
   Utime controller_time = 0;
   double jump = 0;      ///< rad, error of its reported joints
   double override = 1;  ///< that its controller reports
@@ -67,7 +67,7 @@ class FakeArm final : public Node {
  private:
   void on(const arm_command_t& command) {
     const bool stops = command.action == arm_command_t::HOLD;
-    if (deaf || command.session != test_session) return;
+    if (unresponsive || command.session != test_session) return;
     if (now() > command.utime_expires && !stops) return;
     switch (command.action) {
       case arm_command_t::START:

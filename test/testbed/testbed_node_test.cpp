@@ -546,13 +546,13 @@ TEST_CASE("arms that do not stand are commanded to hold until they do") {
   cell.take_lease();
   cell.send(cell.move_to({0, 0, 4500, 0, 0, 0}));
   cell.run_for(3.0);
-  cell.replica->deaf = true;
+  cell.replica->unresponsive = true;
   cell.facility->estop_closed = false;
   cell.facility->publish_now();
   cell.run_for(6.0);
   CHECK(cell.sensor->state == arm_state_t::HELD);
   CHECK(cell.replica->state == arm_state_t::RUNNING);
-  cell.replica->deaf = false;
+  cell.replica->unresponsive = false;
   cell.run_for(0.1);
   CHECK(cell.replica->state == arm_state_t::HELD);
   const int holds = cell.replica->holds;

@@ -103,8 +103,8 @@ struct WithProcedure {
     return pages.last(viewer);
   }
   /// Sends the request and then its confirmation, as a person who answers yes.
-  Answer insist(const std::string& viewer, const std::string& name,
-                const nlohmann::json& arguments = none) {
+  Answer request_and_confirm(const std::string& viewer, const std::string& name,
+                             const nlohmann::json& arguments = none) {
     const Answer first = request(viewer, name, arguments);
     REQUIRE_FALSE(first.accepted);
     REQUIRE_FALSE(first.confirm.empty());
@@ -198,7 +198,7 @@ TEST_CASE("commands that move arms need confirmation, by a token that is valid o
   }
   SECTION("by another viewer") {
     w.pages.page_alive = "viewer-2";
-    REQUIRE(w.insist("viewer-2", "take_control").accepted);
+    REQUIRE(w.request_and_confirm("viewer-2", "take_control").accepted);
     CHECK_FALSE(w.request("viewer-2", "resume", none, first.confirm).accepted);
     CHECK(w.state() == procedure_state_t::HELD);
   }
@@ -219,7 +219,7 @@ TEST_CASE("each command reaches the engine") {
     CHECK_FALSE(w.request("viewer-1", "speed", {{"override", 7}}).accepted);
     CHECK_FALSE(w.request("viewer-1", "speed", {{"override", "fast"}}).accepted);
     CHECK_FALSE(w.request("viewer-1", "speed").accepted);
-    const Answer faster = w.insist("viewer-1", "speed", {{"override", 0.9}});
+    const Answer faster = w.request_and_confirm("viewer-1", "speed", {{"override", 0.9}});
     CHECK(faster.accepted);
     CHECK(w.bench.testbed->speed_override == Approx(0.9));
   }
@@ -234,14 +234,14 @@ TEST_CASE("each command reaches the engine") {
     CHECK_FALSE(w.request("viewer-1", "lamps").accepted);
   }
   SECTION("skip and its reason; the engine's refusal is the answer") {
-    const Answer none = w.insist("viewer-1", "skip");
+    const Answer none = w.request_and_confirm("viewer-1", "skip");
     CHECK_FALSE(none.accepted);
     CHECK_THAT(none.text, Contains("a reason is needed"));
-    CHECK(w.insist("viewer-1", "skip", {{"reason", "seen by eye"}}).accepted);
+    CHECK(w.request_and_confirm("viewer-1", "skip", {{"reason", "seen by eye"}}).accepted);
     CHECK(w.bench.step("move").detail.find("seen by eye") == 0);
   }
   SECTION("retry") {
-    CHECK(w.insist("viewer-1", "retry").accepted);
+    CHECK(w.request_and_confirm("viewer-1", "retry").accepted);
     CHECK(w.bench.step("move").attempts == 2);
   }
   SECTION("step, while it runs, makes nothing move") {
@@ -258,7 +258,8 @@ TEST_CASE("each command reaches the engine") {
     CHECK_THAT(answer.text, Contains("nothing is asked"));
   }
   SECTION("run, while one runs") {
-    CHECK_FALSE(w.insist("viewer-1", "run", {{"procedure", "approach.yaml"}}).accepted);
+    CHECK_FALSE(
+        w.request_and_confirm("viewer-1", "run", {{"procedure", "approach.yaml"}}).accepted);
     CHECK(w.pages.orders.empty());
   }
   SECTION("given back") {
@@ -293,7 +294,7 @@ TEST_CASE("control is taken from another viewer or terminal only after confirmat
     CHECK(w.pages.handler.control().viewer.empty());
     CHECK(w.request("viewer-1", "abort").text == "operator has control");
     w.pages.page_alive = "viewer-1";
-    CHECK(w.insist("viewer-1", "take_control").accepted);
+    CHECK(w.request_and_confirm("viewer-1", "take_control").accepted);
     CHECK(w.pages.handler.control().viewer == "viewer-1");
   }
 }

@@ -19,7 +19,7 @@ struct Exchange {
     node_bus.subscribe<facility_command_t>(
         "COMMAND", Queue::fifo(), [this](const facility_command_t& command) {
           ++received;
-          if (deaf || !answers->is_new(command)) return;
+          if (unresponsive || !answers->is_new(command)) return;
           obeyed[command.commander].push_back(command.seq);
           if (command.sun_lamp > 1) {
             answers->refuse(command, "found " + std::to_string(command.sun_lamp));
@@ -59,7 +59,7 @@ struct Exchange {
   std::map<std::string, std::vector<std::int64_t>> obeyed;
   command_answers_t last{};
   int received = 0;
-  bool deaf = false;
+  bool unresponsive = false;
 };
 
 }  // namespace
@@ -104,7 +104,7 @@ TEST_CASE("two commanders with the same numbers each get their own answers, thro
 
 TEST_CASE("a command without an answer is repeated until its time limit, or without end") {
   Exchange exchange;
-  exchange.deaf = true;
+  exchange.unresponsive = true;
   Commander me{"me", 7, 0};
   auto& limited = exchange.client();
   auto& patient = exchange.client();
@@ -118,7 +118,7 @@ TEST_CASE("a command without an answer is repeated until its time limit, or with
   CHECK(limited.reason() == "no answer within 3.0 s");
   exchange.run_for(60);
   CHECK(patient.pending());
-  exchange.deaf = false;
+  exchange.unresponsive = false;
   exchange.run_for(1);
   CHECK(patient.status() == CommandStatus::accepted);
   CHECK(exchange.obeyed["me"] == std::vector<std::int64_t>{2});

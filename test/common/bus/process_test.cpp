@@ -196,8 +196,8 @@ TEST_CASE("real sockets: dial, listen, refuse") {
 
 /// Takes no connection any more: a dialler's first packet is not answered, as by a machine that is
 /// switched off.
-struct Deaf {
-  Deaf() {
+struct UnresponsiveDevice {
+  UnresponsiveDevice() {
     sockaddr_in at{};
     at.sin_family = AF_INET;
     at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
@@ -209,7 +209,7 @@ struct Deaf {
     for (std::size_t i = 1; i < sockets.size(); ++i) (void)connect(sockets[i], any, size);
     address = "127.0.0.1:" + std::to_string(ntohs(at.sin_port));
   }
-  ~Deaf() {
+  ~UnresponsiveDevice() {
     for (const int fd : sockets) close(fd);
   }
   static int make() { return socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0); }
@@ -219,7 +219,7 @@ struct Deaf {
 };
 
 TEST_CASE("a device that is switched off is given up in time, and the loop goes on meanwhile") {
-  const Deaf deaf;
+  const UnresponsiveDevice unresponsive;
   ProcessLoop loop(clock_offset_now());
   Sockets& sockets = loop.sockets();
   int beats = 0;
@@ -227,7 +227,7 @@ TEST_CASE("a device that is switched off is given up in time, and the loop goes 
   const Utime begin = loop.now();
   loop.every(5 * millisecond, [&] { ++beats; });
   sockets.dial(
-      deaf.address,
+      unresponsive.address,
       [&](const Socket& socket) {
         given_up = socket.fd() < 0;
         loop.stop();
@@ -238,7 +238,8 @@ TEST_CASE("a device that is switched off is given up in time, and the loop goes 
   CHECK(given_up);
   CHECK(loop.now() - begin >= 60 * millisecond);
   CHECK(beats > 0);
-  CHECK(sockets.trouble(deaf.address) == deaf.address + ": nobody answers within 60 ms");
+  CHECK(sockets.trouble(unresponsive.address) ==
+        unresponsive.address + ": nobody answers within 60 ms");
 }
 
 TEST_CASE("a name that takes long to be looked up keeps nothing waiting") {

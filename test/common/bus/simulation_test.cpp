@@ -141,10 +141,10 @@ TEST_CASE("a node publishes its state at 1 Hz and on change, and beats at 20 Hz"
 
 TEST_CASE("a stopped node receives waiting messages when it goes on, a killed one none") {
   Simulation simulation;
-  SimulatedBus& ears = simulation.make_bus();
+  SimulatedBus& subscriber = simulation.make_bus();
   int beats = 0;
-  ears.subscribe<heartbeat_t>(channels::heartbeat, Queue::fifo(),
-                              [&](const heartbeat_t&) { ++beats; });
+  subscriber.subscribe<heartbeat_t>(channels::heartbeat, Queue::fifo(),
+                                    [&](const heartbeat_t&) { ++beats; });
   SimulatedBus& bus = simulation.make_bus();
   SimulatedLoop& loop = simulation.make_loop();
   auto node = std::make_unique<Probe>(NodeSetup{"probe", 42, ""}, bus, loop);
@@ -154,7 +154,7 @@ TEST_CASE("a stopped node receives waiting messages when it goes on, a killed on
                                [&](const node_status_t&) { ++received; });
   simulation.stop(loop, bus);
   loop.after(100 * millisecond, [&] { fired = true; });
-  ears.publish(channels::node_status, node_status_t{});
+  subscriber.publish(channels::node_status, node_status_t{});
   simulation.run_for(second);
   CHECK(beats == 0);
   CHECK(received == 0);
@@ -166,7 +166,7 @@ TEST_CASE("a stopped node receives waiting messages when it goes on, a killed on
   CHECK(beats == 4);
   simulation.kill(loop, bus);
   node.reset();
-  ears.publish(channels::node_status, node_status_t{});
+  subscriber.publish(channels::node_status, node_status_t{});
   simulation.run_for(second);
   CHECK(received == 1);
   CHECK(beats == 4);
@@ -174,10 +174,10 @@ TEST_CASE("a stopped node receives waiting messages when it goes on, a killed on
 
 TEST_CASE("texts of others, however long, fit into an event and a status") {
   Simulation simulation;
-  SimulatedBus& ears = simulation.make_bus();
+  SimulatedBus& subscriber = simulation.make_bus();
   std::string event_text;
-  ears.subscribe<event_t>(channels::event, Queue::fifo(),
-                          [&](const event_t& e) { event_text = e.text; });
+  subscriber.subscribe<event_t>(channels::event, Queue::fifo(),
+                                [&](const event_t& e) { event_text = e.text; });
   Probe node({"probe", 42, ""}, simulation.make_bus(), simulation.make_loop());
   node.publish_event(std::string(70000, 'x'));
   simulation.run_for(millisecond);

@@ -10,7 +10,7 @@ using Catch::Contains;
 namespace {
 
 /// The reader's error for this text when read as a lidar's configuration.
-std::string complaint(const std::string& text) {
+std::string error_of(const std::string& text) {
   try {
     Config config = Config::parse(text, "lidar.yaml");
     config.quantity("range_min", Dimension::length);
@@ -41,19 +41,19 @@ TEST_CASE("a good file reads in SI units") {
 }
 
 TEST_CASE("bad input names file, line, key, what was found and what was expected") {
-  CHECK(complaint("range_min: 3 m\nbeam:\n  divergence: 0.17 mrad\n").empty());
-  CHECK(complaint("range_min: 3\nbeam: {divergence: 1 deg}\n") ==
+  CHECK(error_of("range_min: 3 m\nbeam:\n  divergence: 0.17 mrad\n").empty());
+  CHECK(error_of("range_min: 3\nbeam: {divergence: 1 deg}\n") ==
         "lidar.yaml:1: key 'range_min': found '3', expected a length such as '5.5 m' or '30 mm'");
-  CHECK(complaint("range_min: 3 m\nbeam:\n  divergence: 1 s\n")
+  CHECK(error_of("range_min: 3 m\nbeam:\n  divergence: 1 s\n")
             .rfind("lidar.yaml:3: key 'beam.divergence': found '1 s', expected an angle", 0) == 0);
-  CHECK(complaint("range_min: 3 m\nbeam:\n  divergence: 1 deg\n  divergance: 2 deg\n") ==
+  CHECK(error_of("range_min: 3 m\nbeam:\n  divergence: 1 deg\n  divergance: 2 deg\n") ==
         "lidar.yaml:4: key 'beam.divergance': is not known here; did you mean 'divergence'?");
-  CHECK(complaint("range_min: 3 m\n") == "lidar.yaml:1: key 'beam': is missing");
-  CHECK(complaint("range_min: 3 m\nrange_min: 4 m\nbeam: {divergence: 1 deg}\n")
+  CHECK(error_of("range_min: 3 m\n") == "lidar.yaml:1: key 'beam': is missing");
+  CHECK(error_of("range_min: 3 m\nrange_min: 4 m\nbeam: {divergence: 1 deg}\n")
             .rfind("lidar.yaml:2: key 'range_min' appears twice", 0) == 0);
-  CHECK(complaint("range_min: [3 m\n").rfind("lidar.yaml:", 0) == 0);
-  CHECK(complaint("- 1\n- 2\n") == "lidar.yaml:1: found a list of 2, expected a map of keys");
-  CHECK(complaint("range_min: nan m\nbeam: {divergence: 1 deg}\n").find("expected a length") !=
+  CHECK(error_of("range_min: [3 m\n").rfind("lidar.yaml:", 0) == 0);
+  CHECK(error_of("- 1\n- 2\n") == "lidar.yaml:1: found a list of 2, expected a map of keys");
+  CHECK(error_of("range_min: nan m\nbeam: {divergence: 1 deg}\n").find("expected a length") !=
         std::string::npos);
 }
 

@@ -99,7 +99,7 @@ Outcome run(const Drill& drill, std::uint64_t seed, double instant) {
   Outcome outcome;
   if (drill.contradicts) {
     if (!world.run_until([&] { return drill.contradicts(world); }, time_to_contradict)) {
-      outcome.trouble = "nothing contradicts within " + std::to_string(time_to_contradict) + " s";
+      outcome.failure = "nothing contradicts within " + std::to_string(time_to_contradict) + " s";
     }
     sign = world.now();
     outcome.first_sign = since(sign, fault);
@@ -109,7 +109,7 @@ Outcome run(const Drill& drill, std::uint64_t seed, double instant) {
   if (drill.mend) {
     outcome.resumed = goes_on(world, drill);
     if (!outcome.resumed) {
-      outcome.trouble = "does not go on: " + world.state.reason + " " + world.state.refusal;
+      outcome.failure = "does not go on: " + world.state.reason + " " + world.state.refusal;
     }
   }
   outcome.min_clearance = world.min_clearance();
@@ -117,7 +117,7 @@ Outcome run(const Drill& drill, std::uint64_t seed, double instant) {
 }
 
 std::string verdict(const Drill& drill, const Outcome& outcome) {
-  if (!outcome.trouble.empty()) return outcome.trouble;
+  if (!outcome.failure.empty()) return outcome.failure;
   if (std::find(drill.codes.begin(), drill.codes.end(), outcome.code) == drill.codes.end()) {
     return "the operator reads '" + outcome.code + "', not '" + drill.codes.front() + "'";
   }

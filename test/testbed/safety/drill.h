@@ -40,7 +40,7 @@ struct Outcome {
   std::string text;
   std::int8_t state = -1;  ///< of the testbed, before anything was mended
   bool resumed = false;    ///< it went on as it should
-  std::string trouble;     ///< why not; empty
+  std::string failure;     ///< why not; empty
 };
 
 const std::vector<Drill>& drills();
