@@ -52,14 +52,14 @@ std::vector<Cell> cells_of(const Settings& settings, const std::string& target) 
       if (replica) all.push_back({target, returns, kind, 0.97, 10, false});
     }
   }
-  std::erase_if(all, [&](const Cell& c) { return !settings.wanted(c.name() + " "); });
+  std::erase_if(all, [&](const Cell& c) { return !settings.is_selected(c.name() + " "); });
   return all;
 }
 
 struct Outcome {
   Verdict verdict = Verdict::lost;
   double cpu_ms = 0;
-  double lead = std::nan("");  ///< of the truth's log-likelihood; NaN when not asked for
+  double lead = std::nan("");  ///< of the truth's log-likelihood; NaN when not requested
   std::string reason;
 };
 

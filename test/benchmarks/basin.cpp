@@ -39,7 +39,7 @@ int run_basin(const Settings& settings) {
     const auto subject = tracking_named(settings, name, model, table_1_noise(1));
     for (const Cell& cell : {Cell{0.030, 2, true}, Cell{0.100, 5, true}, Cell{0.030, 2, false},
                              Cell{0.100, 5, false}}) {
-      if (!settings.wanted(cell.name() + " ")) continue;
+      if (!settings.is_selected(cell.name() + " ")) continue;
       TrackingCase the_case;
       the_case.physics.noise = subject->noise;
       the_case.strategy = estimator::ScanStrategy::corners_sparse;

@@ -36,7 +36,7 @@ using ScanSource = std::function<Scan(const std::vector<Window>& windows, std::i
 ScanSource source_of(const World& world, const Pose& start, const Velocity& velocity,
                      Random random);
 
-/// The whole estimator, as the rig runs it, in a closed loop with a world: it asks for scans, gets
+/// The whole estimator, as the rig runs it, in a closed loop with a world: it requests scans, gets
 /// packets of 50 beams of a target that moves meanwhile, and estimates.
 class ClosedLoop final : public estimator::EstimatorOutput {
  public:
@@ -47,9 +47,9 @@ class ClosedLoop final : public estimator::EstimatorOutput {
              ScanSource source, const Pose& start, const Velocity& velocity);
 
   void track_from(const Pose& initial);
-  /// Answers scans until so much time has passed, or nothing is asked for.
+  /// Answers scans until so much time has passed, or nothing is requested.
   void run(double seconds);
-  /// Answers so many scans, or until nothing is asked for.
+  /// Answers so many scans, or until nothing is requested.
   void run_scans(int count);
   const std::vector<LoopEstimate>& estimates() const { return estimates_; }
 

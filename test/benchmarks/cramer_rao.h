@@ -14,7 +14,7 @@ Matrix6d fisher_information(const Scan& scan, const Pose& pose, const BeamModel&
 Matrix6d fisher_information(const Vector3d& direction, const TrueFace& face, const Pose& pose,
                             const BeamModel& noise);
 
-/// The least root mean square errors that an unbiased estimator can have.
+/// The minimum root mean square errors of an unbiased estimator.
 struct Bound {
   double translation = 0;  ///< m, of the position as a vector
   double rotation = 0;     ///< rad, likewise

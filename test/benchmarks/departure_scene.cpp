@@ -57,9 +57,9 @@ class Blanket final : public Scene {
   Pose to_model_;
 };
 
-/// The believed target as the world has it.
-Target true_target(const Target& believed, const Departures& world, Random& random) {
-  Target target = draw_true_target(believed, world.target, random.bits()).target;
+/// The modelled target as the world has it.
+Target true_target(const Target& modelled, const Departures& world, Random& random) {
+  Target target = draw_true_target(modelled, world.target, random.bits()).target;
   if (!world.turned) return target;
   const double angle = radians(random.uniform(8, 15)) * (random.uniform() < 0.5 ? -1 : 1);
   target.mesh = turned_mesh(target, std::vector<double>(target.parts.size(), angle));
@@ -116,11 +116,11 @@ class Departed final : public DepartedScene {
 /// A plate between the sensor and the target, turned by up to 30 deg, whose straight edge passes
 /// before the middle of it. Sensor frame.
 Mesh plate_before(const Vector3d& centre, double radius, Random& random) {
-  const Vector3d sight = centre.normalized();
-  const Vector3d side = sight.unitOrthogonal();
-  const Vector3d along = Eigen::AngleAxisd(random.uniform(0, radians(360)), sight) * side;
-  const Vector3d across =
-      Eigen::AngleAxisd(random.uniform(-radians(30), radians(30)), along) * sight.cross(along);
+  const Vector3d line_of_sight = centre.normalized();
+  const Vector3d side = line_of_sight.unitOrthogonal();
+  const Vector3d along = Eigen::AngleAxisd(random.uniform(0, radians(360)), line_of_sight) * side;
+  const Vector3d across = Eigen::AngleAxisd(random.uniform(-radians(30), radians(30)), along) *
+                          line_of_sight.cross(along);
   const double nearer = random.uniform(0.35, 0.65);
   const Vector3d edge = nearer * centre;
   const double width = 1.4 * nearer * radius;
@@ -140,10 +140,10 @@ Joints draw_joints(const berth::Cell& cell, Random& random) {
   const Pose sensor = cell.sensor.tool_pose(cell.sensor.home);
   const PlacedArm& arm = cell.replica;
   for (int tries = 0; tries < 1000; ++tries) {
-    const Pose wanted = pose_from_xyzwpr({random.uniform(-100, 100), random.uniform(-100, 100),
-                                          random.uniform(4800, 5500), random.uniform(-5, 15),
-                                          random.uniform(-25, 30), random.uniform(-50, 50)});
-    const Pose flange = arm.base.inverse() * sensor * wanted * arm.tool.inverse();
+    const Pose drawn = pose_from_xyzwpr({random.uniform(-100, 100), random.uniform(-100, 100),
+                                         random.uniform(4800, 5500), random.uniform(-5, 15),
+                                         random.uniform(-25, 30), random.uniform(-50, 50)});
+    const Pose flange = arm.base.inverse() * sensor * drawn * arm.tool.inverse();
     const auto solutions = arm.kinematics->inverse(flange, nullptr);
     if (solutions.empty()) continue;
     const auto away = [&arm](const InverseSolution& s) {

@@ -16,7 +16,7 @@ namespace berth::benchmark {
 
 using namespace trials;
 
-/// How a world departs from what the estimator believes.
+/// How a world departs from the estimator's model.
 struct Departures {
   std::string name;
   /// Of the target itself: the mesh displaced, a part missing or too many.
@@ -30,7 +30,7 @@ struct Departures {
   bool once = false;         ///< single scans of 1,000 returns in free space alone
 };
 
-/// Each departure alone, between the world that is as believed (first), with that of users after
+/// Each departure alone, between the world that is as modelled (first), with that of users after
 /// it, and all of them (last). @param config directory of the configuration, the first call's
 const std::vector<Departures>& departure_worlds(const std::filesystem::path& config);
 
@@ -38,11 +38,11 @@ const std::vector<Departures>& departure_worlds(const std::filesystem::path& con
 /// longest axis where a fifth of the surface is farther out, from there on. What "turned" turns.
 Target with_appendage(Target target);
 
-/// What the estimator is told of a target: its mesh alone.
+/// The estimator's description of a target: its mesh alone.
 Target bare(Target target);
 /// ... or the parts that turn, and how far the surface is from the mesh (m, 1 sigma).
 Target described(Target target, double surface_sigma);
-/// m, 1 sigma: how far the surface of a world is from the mesh, as a description of it would say.
+/// m, 1 sigma: how far the surface of a world is from the mesh, as a description would state it.
 double surface_sigma(const Departures& world);
 
 /// One true world: the target in one pose, at rest, seen by a scanner with its own noise.
@@ -62,7 +62,7 @@ class DepartedScene {
 /// about as acquisition_survey shows it.
 class SceneMaker {
  public:
-  /// @param target as load_target() takes it; free it is 3 m long, held as its name says
+  /// @param target as load_target() takes it; free it is 3 m long, held as long as its name implies
   /// @param config directory of the configuration
   SceneMaker(const std::filesystem::path& config, const std::string& target, bool held);
 

@@ -52,21 +52,21 @@ Compared compared(const Scan& a, const Scan& b) {
 TEST_CASE("a blanket moves what is seen along the rays and leaves rims where they are",
           "[departures]") {
   const SceneMaker maker("config", "radarsat2", false);
-  const auto believed = scene_of(maker, "as believed");
+  const auto modelled = scene_of(maker, "as believed");
   const auto blanket = scene_of(maker, "blanket");
   const auto warp = scene_of(maker, "warp");
-  CHECK(distance(believed->truth(), blanket->truth()) == 0);
-  const Scan a = believed->scan(2000);
+  CHECK(distance(modelled->truth(), blanket->truth()) == 0);
+  const Scan a = modelled->scan(2000);
   CHECK(a.returns == Approx(2000).epsilon(0.1));
   const Compared covered = compared(a, blanket->scan(2000));
   CHECK(covered.rms_m > 0.004);
   CHECK(covered.rms_m < 0.013);
-  const Compared again = compared(a, believed->scan(2000));  // new noise of the angles
+  const Compared again = compared(a, modelled->scan(2000));  // new noise of the angles
   CHECK(covered.one < 2 * again.one + 10);
-  const Window window = window_around(maker.target().mesh, believed->truth(), 0.05);
+  const Window window = window_around(maker.target().mesh, modelled->truth(), 0.05);
   const Window counted = {
       window.azimuth, window.elevation, window.width, window.height, Pattern::raster, 8000, 0, ""};
-  const Compared warped = compared(believed->sweep({counted}, World::first_utime),
+  const Compared warped = compared(modelled->sweep({counted}, World::first_utime),
                                    warp->sweep({counted}, World::first_utime));
   CHECK(warped.rms_m > 0.004);
   CHECK(warped.one > again.one);

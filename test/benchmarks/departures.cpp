@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The estimator where the world departs from what it believes: each departure alone and together.
+// The estimator where the world departs from its model: each departure alone and together.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -26,14 +26,14 @@ constexpr double start_rad = radians(2);
 constexpr int reference_points = 20000;
 constexpr std::array<int, 3> filtered_scans = {5, 50, 200};
 
-/// A target as the estimator believes it to be.
+/// A target as the estimator models it.
 struct Sighting {
   std::string target;
   std::string view;  ///< a bare mesh "free" in space or "held" by the arm; free and "described"
   std::shared_ptr<const estimator::TargetModel> model;  ///< of the bare mesh
   /// Else as target.yaml would describe it, by the surface's sigma in m.
   std::map<double, std::shared_ptr<const estimator::TargetModel>> described;
-  std::shared_ptr<const PoseJudge> judge;  ///< of acquisition, where that is asked for
+  std::shared_ptr<const PoseJudge> judge;  ///< of acquisition, where requested
   std::vector<SurfacePoint> points;        ///< for the registration that we compare with
   std::shared_ptr<const SceneMaker> scenes;
 
@@ -44,7 +44,7 @@ struct Sighting {
 };
 
 struct Cell {
-  const Sighting* sighting = nullptr;  ///< as is believed
+  const Sighting* sighting = nullptr;  ///< as modelled
   const Sighting* seen = nullptr;      ///< what is there
   const Departures* world = nullptr;
   int returns = 0;
@@ -102,7 +102,7 @@ struct CellResult {
   }
 };
 
-/// Of a cell: as many as were asked for, else so many that all of it ends within half an hour on
+/// Of a cell: as many as requested, else so many that all of it ends within half an hour on
 /// two cores.
 int trials_of(const Settings& settings, const Cell& cell) {
   if (settings.trials_given) return settings.trials;
@@ -542,7 +542,7 @@ void draw_surface(const Settings& settings, const Results& results) {
       "set multiplot layout 1,2\nset xlabel 'surface off, mm (1 sigma)'\nset logscale xy\n"
       "set xrange [1.5:22]\nset xtics (2,4,8,16)\nset grid\nset key top left");
   std::string errors = "set ylabel 'error, mm (median; ICP dashed)'\nplot ";
-  std::string honesty =
+  std::string consistency =
       "set ylabel 'mean NEES'\nset yrange [1:100]\nplot 6 with lines lc rgb "
       "'#909090' dt 2 title 'honest'";
   std::size_t c = 0;
@@ -559,19 +559,19 @@ void draw_surface(const Settings& settings, const Results& results) {
     const std::string colour = std::string("lc rgb '") + colour_of(c++) + "'";
     errors += "$" + view + " using 1:2 with linespoints pt 7 ps 0.6 " + colour + " title '" + view +
               "', $" + view + " using 1:3 with lines dt 2 " + colour + " notitle, ";
-    honesty += ", $" + view + " using 1:4:5:6 with yerrorlines pt 7 ps 0.6 " + colour + " title '" +
-               view + "'";
+    consistency += ", $" + view + " using 1:4:5:6 with yerrorlines pt 7 ps 0.6 " + colour +
+                   " title '" + view + "'";
   }
-  figure.line(errors + "\n" + honesty + "\nunset multiplot");
+  figure.line(errors + "\n" + consistency + "\nunset multiplot");
   figure.draw(settings.out);
 }
 
 /// By name or path; foreign meshes are looked for in the folder of meshes.
 std::vector<std::string> targets_of(const Settings& settings) {
-  std::vector<std::string> wanted = settings.targets;
-  if (wanted.empty()) wanted = {"radarsat2", "shuttle_42.ply", "mgs_shrox.ply"};
+  std::vector<std::string> selected = settings.targets;
+  if (selected.empty()) selected = {"radarsat2", "shuttle_42.ply", "mgs_shrox.ply"};
   std::vector<std::string> found;
-  for (const std::string& name : wanted) {
+  for (const std::string& name : selected) {
     const std::filesystem::path mesh = settings.meshes / name;
     if (!settings.meshes.empty() && std::filesystem::is_regular_file(mesh)) {
       found.push_back(mesh.string());
@@ -589,15 +589,15 @@ Sighting sighting_of(const Settings& settings, const std::string& target, const 
   Sighting sighting;
   sighting.view = view;
   const bool held = sighting.view == "held";
-  const bool told = sighting.view == "described";
+  const bool is_described = sighting.view == "described";
   sighting.scenes = std::make_shared<SceneMaker>(settings.config, target, held);
   const Target& there = sighting.scenes->target();
   sighting.target = there.name;
-  const auto compiled = [&](const Target& believed) {
-    return estimator::load_target_model(believed, settings.options.model,
+  const auto compiled = [&](const Target& modelled) {
+    return estimator::load_target_model(modelled, settings.options.model,
                                         estimator::default_cache_directory());
   };
-  if (told) {
+  if (is_described) {
     for (const Departures& world : departure_worlds(settings.config)) {
       auto& model = sighting.described[surface_sigma(world)];
       if (model != nullptr) continue;
@@ -615,14 +615,15 @@ Sighting sighting_of(const Settings& settings, const std::string& target, const 
 
 std::vector<Sighting> sightings_of(const Settings& settings) {
   constexpr std::array views = {"free", "held", "described"};
-  std::vector<std::pair<std::string, const char*>> wanted;
+  std::vector<std::pair<std::string, const char*>> selected;
   for (const std::string& target : targets_of(settings)) {
-    for (const char* view : views) wanted.emplace_back(target, view);
+    for (const char* view : views) selected.emplace_back(target, view);
   }
-  return results_of("targets", static_cast<int>(wanted.size()), settings.untimed_jobs, [&](int i) {
-    const auto& [target, view] = wanted[static_cast<std::size_t>(i)];
-    return sighting_of(settings, target, view);
-  });
+  return results_of("targets", static_cast<int>(selected.size()), settings.untimed_jobs,
+                    [&](int i) {
+                      const auto& [target, view] = selected[static_cast<std::size_t>(i)];
+                      return sighting_of(settings, target, view);
+                    });
 }
 
 /// The next of those seen the same way; none: null.
@@ -650,7 +651,7 @@ std::vector<Cell> all_cells(const Settings& settings, const std::vector<Sighting
       if (!world.once) cells.push_back({&sighting, seen, &world, 1000, true});
     }
   }
-  std::erase_if(cells, [&](const Cell& c) { return !settings.wanted(c.name() + " "); });
+  std::erase_if(cells, [&](const Cell& c) { return !settings.is_selected(c.name() + " "); });
   if (settings.tracking_methods.front() == no_method) {
     std::erase_if(cells, [](const Cell& c) { return c.filtered || !c.sighting->is_acquired(); });
   }

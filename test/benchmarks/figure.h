@@ -16,7 +16,7 @@ class Figure {
   void data(const std::string& name, const std::vector<std::vector<double>>& rows);
   /// A line of gnuplot.
   void line(const std::string& command) { script_ += command + "\n"; }
-  /// <directory>/<name>.svg and .png; says so on standard error when gnuplot cannot.
+  /// <directory>/<name>.svg and .png; reports on standard error when gnuplot fails.
   void draw(const std::filesystem::path& directory) const;
 
  private:

@@ -8,7 +8,7 @@ namespace berth::benchmark {
 
 using namespace trials;
 
-/// The log-likelihood of a scan for one who knows the world exactly: every beam goes where it was
+/// The log-likelihood of a scan given the exact world: every beam goes where it was
 /// sent but for the angle noise, nothing else is there, nothing drops out. Written apart from the
 /// estimator's.
 class JudgeLikelihood {

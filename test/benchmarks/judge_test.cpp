@@ -29,7 +29,7 @@ Vector6d drawn_from(const Matrix6d& factor, Random& random) {
 
 }  // namespace
 
-TEST_CASE("an answer may say that it does not know, but not be silently wrong", "[judge]") {
+TEST_CASE("an answer may be ambiguous, but not silently wrong", "[judge]") {
   CHECK(verdict(Status::found, {at(1)}, 1) == Verdict::right);
   CHECK(verdict(Status::found, {at(2), at(1)}, 1) == Verdict::silently_wrong);
   CHECK(verdict(Status::ambiguous, {at(2), at(1)}, 1) == Verdict::ambiguous_with_truth);
@@ -73,28 +73,28 @@ TEST_CASE("errors drawn from a covariance are consistent with it", "[judge]") {
   CHECK_FALSE(within_three_sigma(Vector6d::Zero(), Matrix6d::Constant(std::nan(""))));
 }
 
-TEST_CASE("reliability tells honest probabilities from boasts", "[judge]") {
+TEST_CASE("reliability distinguishes calibrated probabilities from overconfident ones", "[judge]") {
   Random random(4, "reliability");
-  Reliability honest;
-  Reliability boast;
+  Reliability calibrated;
+  Reliability overconfident;
   for (int i = 0; i < 20000; ++i) {
     const double p = random.uniform();
     const bool came_true = random.uniform() < p;
-    honest.add(p, came_true);
-    boast.add(1 - 0.1 * (1 - p), came_true);
+    calibrated.add(p, came_true);
+    overconfident.add(1 - 0.1 * (1 - p), came_true);
   }
-  CHECK(honest.calibration_error() < 0.02);
-  CHECK(boast.calibration_error() > 0.3);
+  CHECK(calibrated.calibration_error() < 0.02);
+  CHECK(overconfident.calibration_error() > 0.3);
   int count = 0;
-  for (const Reliability::Bin& bin : honest.bins()) {
+  for (const Reliability::Bin& bin : calibrated.bins()) {
     count += bin.count;
     CHECK(bin.stated() >= bin.low);
     CHECK(bin.stated() <= bin.high);
   }
   CHECK(count == 20000);
-  boast.add(1, true);  // certainty has a bin, too
-  honest.add(boast);
-  CHECK(honest.bins().back().count > boast.bins().back().count);
+  overconfident.add(1, true);  // certainty has a bin, too
+  calibrated.add(overconfident);
+  CHECK(calibrated.bins().back().count > overconfident.bins().back().count);
   CHECK(std::isnan(Reliability().calibration_error()));
 }
 

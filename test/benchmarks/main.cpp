@@ -46,7 +46,7 @@ void require_known(const std::vector<std::string>& names, const std::vector<std:
 
 int run(int argc, char* argv[]) {
   Settings settings;
-  std::vector<std::string> wanted;
+  std::vector<std::string> selected;
   std::string names;
   for (const Part& part : parts) names += std::string(names.empty() ? "" : " ") + part.name;
   const char* home = std::getenv("BERTH_HOME");
@@ -60,7 +60,7 @@ int run(int argc, char* argv[]) {
       "Measures the estimator against its targets and redraws the paper's figures.\n"
       "Exit codes: 0 every target met, 1 some missed, 2 the input was at fault.",
       "berth benchmark");
-  app.add_option("PART", wanted, "of: " + names + "; all when none is named");
+  app.add_option("PART", selected, "of: " + names + "; all when none is named");
   app.add_option("--trials", settings.trials,
                  "of each row (of departures: fewer where scans are dense)")
       ->check(CLI::Range(2, 1000000));
@@ -110,14 +110,14 @@ int run(int argc, char* argv[]) {
   }
   std::vector<std::string> acquisition_names = estimator::acquisition_names();
   std::vector<std::string> tracking_names = estimator::tracking_names();
-  if (wanted == std::vector<std::string>{"departures"}) {
+  if (selected == std::vector<std::string>{"departures"}) {
     acquisition_names.push_back(no_method);
     tracking_names.push_back(no_method);
   }
   require_known(settings.acquisition_methods, acquisition_names);
   require_known(settings.tracking_methods, tracking_names);
   std::filesystem::create_directories(settings.out);
-  for (const std::string& name : wanted) {
+  for (const std::string& name : selected) {
     const auto known = [&name](const Part& part) { return name == part.name; };
     if (std::none_of(std::begin(parts), std::end(parts), known)) {
       throw InputError("part '" + name + "' is not known, expected one of: " + names);
@@ -125,7 +125,8 @@ int run(int argc, char* argv[]) {
   }
   int missed = 0;
   for (const Part& part : parts) {
-    if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), part.name) == wanted.end()) {
+    if (!selected.empty() &&
+        std::find(selected.begin(), selected.end(), part.name) == selected.end()) {
       continue;
     }
     missed += part.run(settings);

@@ -104,7 +104,7 @@ int run_motion(const Settings& settings) {
           const std::string label = std::string("motion ") + name + " " + tracker +
                                     (streaming ? " streaming" : "") +
                                     (moving ? " moving" : " rest");
-          if (!settings.wanted(label + " ")) continue;
+          if (!settings.is_selected(label + " ")) continue;
           const Errors e = all_of(results_of(label, runs, settings.jobs, [&](int i) {
             return run_once(settings, name, cell, model, world, i);
           }));

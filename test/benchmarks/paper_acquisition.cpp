@@ -66,8 +66,8 @@ void figure_6(const Settings& settings, const DataSet& data) {
   std::vector<std::vector<double>> axes;
   Random random(settings.seed, "figure 6");
   std::string plots;
-  for (const int wanted : {20000, 3000, 300}) {
-    const double kept = std::min(1.0, static_cast<double>(wanted) / data.scan.returns);
+  for (const int requested : {20000, 3000, 300}) {
+    const double kept = std::min(1.0, static_cast<double>(requested) / data.scan.returns);
     std::vector<Vector3d> points;
     std::vector<std::vector<double>> rows;
     for (const RawBeam& beam : thinned(data.scan.beams, kept, random)) {
@@ -80,9 +80,9 @@ void figure_6(const Settings& settings, const DataSet& data) {
     const double off = degrees(std::acos(std::min(1.0, std::abs(axis.direction.dot(truth)))));
     axes.push_back({static_cast<double>(points.size()), off, axis.direction.x(), axis.direction.y(),
                     axis.direction.z(), truth.x(), truth.y(), truth.z()});
-    const std::string name = "p" + std::to_string(wanted);
+    const std::string name = "p" + std::to_string(requested);
     figure.data(name, rows);
-    write_numbers(settings.out / ("figure_6_" + std::to_string(wanted) + ".csv"),
+    write_numbers(settings.out / ("figure_6_" + std::to_string(requested) + ".csv"),
                   {"x m", "up m", "z m"}, rows);
     const auto ends = [&](const std::string& block, const Vector3d& direction) {
       const Vector3d a = axis.centroid - 1.7 * direction;
@@ -113,7 +113,7 @@ struct Result {
   double mm = 0;
 };
 
-/// The pose's error, and success, as the paper tells them: the failures are flips of the target's
+/// The pose's error, and success, as the paper reports them: the failures are flips of the target's
 /// near symmetries and views that determine nothing.
 Result result_of(const estimator::Acquisition& method, const BeamModel& noise,
                  const PoseJudge& judge, const DataSet& data, double kept, Random random) {

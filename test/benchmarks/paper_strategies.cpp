@@ -33,7 +33,7 @@ Bar bar_of(const std::vector<TrackingOutcome>& outcomes) {
     times.push_back(o.cpu_ms);
   }
   bar.rms_mm = root_mean_square(residuals);
-  if (bar.rms_mm == 0) bar.rms_mm = std::nan("");  // a method that does not say
+  if (bar.rms_mm == 0) bar.rms_mm = std::nan("");  // a method that reports none
   bar.ms = median(times);
   return bar;
 }

@@ -189,8 +189,8 @@ void figure_10(const Settings& settings, std::shared_ptr<const estimator::Target
 
 int run_paper_tracking(const Settings& settings) {
   const auto model = model_of(settings);
-  if (settings.wanted("figure_9 ")) figure_9(settings, model);
-  if (settings.wanted("figure_10 ")) figure_10(settings, model);
+  if (settings.is_selected("figure_9 ")) figure_9(settings, model);
+  if (settings.is_selected("figure_10 ")) figure_10(settings, model);
   return 0;
 }
 

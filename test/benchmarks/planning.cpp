@@ -125,7 +125,7 @@ int run_planning(const Settings& settings) {
     const auto subject = tracking_named(settings, name, model, table_1_noise(1));
     for (const Cell& cell :
          {Cell{"5 mm 0.25 deg", 0.005, 0.25, true}, Cell{"30 mm 2 deg", 0.030, 2, false}}) {
-      if (!settings.wanted(std::string(cell.name) + " ")) continue;
+      if (!settings.is_selected(std::string(cell.name) + " ")) continue;
       const auto results = results_of(
           std::string("planning ") + name + " " + cell.name, settings.trials, settings.jobs,
           [&](int i) { return run_trial(settings, cell, *subject, i, i < optima); });

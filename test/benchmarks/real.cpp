@@ -76,7 +76,7 @@ std::vector<fs::path> files_of(const fs::path& folder, const std::string& extens
   return files;
 }
 
-/// A flat board seen by a spinning LIDAR; motion capture tells its pose to some 30 mm along its
+/// A flat board seen by a spinning LIDAR; motion capture measures its pose to some 30 mm along its
 /// normal, the model's x.
 void add_umich(const fs::path& folder, std::vector<RealScan>& scans) {
   for (const fs::path& file : files_of(folder, ".json")) {
@@ -386,7 +386,8 @@ int run_real(const Settings& settings) {
   std::vector<RealScan> scans;
   add_umich(fs::path(folder) / "umich", scans);
   add_realsense(fs::path(folder) / "realsense", scans);
-  std::erase_if(scans, [&](const RealScan& s) { return !settings.wanted(s.set + " " + s.name); });
+  std::erase_if(scans,
+                [&](const RealScan& s) { return !settings.is_selected(s.set + " " + s.name); });
   if (scans.empty()) std::printf("\nreal: no scans in %s\n", folder);
   if (fs::is_directory(fs::path(folder) / "ouster")) {
     std::printf("real: the captures of ouster/ are not read: no adapter for them yet\n");

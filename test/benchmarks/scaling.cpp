@@ -154,8 +154,8 @@ void against_triangles(const Settings& settings, const std::string& tracking,
 int run_scaling(const Settings& settings) {
   const std::string& tracking = settings.tracking_methods.front();
   const std::string& acquisition = settings.acquisition_methods.front();
-  if (settings.wanted("returns ")) against_returns(settings, tracking, acquisition);
-  if (settings.wanted("triangles ")) against_triangles(settings, tracking, acquisition);
+  if (settings.is_selected("returns ")) against_returns(settings, tracking, acquisition);
+  if (settings.is_selected("triangles ")) against_triangles(settings, tracking, acquisition);
   return 0;
 }
 

@@ -20,7 +20,7 @@ using namespace trials;
 /// In the place of a method's name, of departures: tracking alone, or acquisition alone.
 inline constexpr const char* no_method = "none";
 
-/// What the command line says.
+/// The options of the command line.
 struct Settings {
   int trials = 1000;
   bool trials_given = false;  ///< rather than the number above
@@ -30,7 +30,7 @@ struct Settings {
   std::filesystem::path out;
   std::filesystem::path meshes;      ///< a directory; empty: the replica alone
   std::vector<std::string> targets;  ///< by name or mesh; empty: a part's own choice
-  double told_sigma = 1;         ///< times the surface's true sigma: what a description says of it
+  double told_sigma = 1;         ///< described sigma of the surface as a multiple of the true one
   std::filesystem::path config;  ///< directory of the configuration
   estimator::EstimatorOptions options;
   std::vector<std::string> acquisition_methods;
@@ -38,7 +38,7 @@ struct Settings {
   Yardstick yardstick{true};
   std::vector<std::string> only;  ///< of the cells of a part, those whose name holds one of these
 
-  bool wanted(const std::string& cell) const {
+  bool is_selected(const std::string& cell) const {
     const auto holds = [&cell](const std::string& text) {
       return cell.find(text) != std::string::npos;
     };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Target 4: tracking speed and accuracy, beside PCL's registrations on the same clouds.
+// Target 4: tracking speed and accuracy, next to PCL's registrations on the same clouds.
 #include <algorithm>
 
 #include "test/benchmarks/reference_registration.h"
@@ -104,7 +104,7 @@ int run_speed(const Settings& settings) {
       {"method", "returns", "start mm", "median ms", "median mm", "p95 mm", "median deg", "p95 deg",
        "within 15 mm, 1 deg", "times faster", "mm ratio, median", "mm ratio, p95", "target"});
   for (const int returns : {1000, 50000}) {
-    if (!settings.wanted(std::to_string(returns) + " ")) continue;
+    if (!settings.is_selected(std::to_string(returns) + " ")) continue;
     for (const double start : {0.030, 0.010}) add_rows(settings, model, start, returns, table);
   }
   table.publish(settings.out);

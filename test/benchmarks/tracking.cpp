@@ -15,7 +15,7 @@ using estimator::ScanStrategy;
 
 constexpr double max_rms = 1.15;  // of the bound
 constexpr double max_p95 = 2.2;   // of the bound
-constexpr double min_ok = 0.99;   // of the trials; the target says nothing of it
+constexpr double min_ok = 0.99;   // of the trials; the target does not state it
 
 struct Cell {
   int error_case;
@@ -35,7 +35,7 @@ std::vector<Cell> cells(const Settings& settings) {
     for (const int returns : {200, 1000, 3000, 50000}) {
       for (int s = 0; s < 6; ++s) {
         const Cell cell{error_case, static_cast<ScanStrategy>(s), returns};
-        if (settings.wanted(cell.name() + " ")) all.push_back(cell);
+        if (settings.is_selected(cell.name() + " ")) all.push_back(cell);
       }
     }
   }

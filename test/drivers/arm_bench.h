@@ -49,7 +49,7 @@ struct ArmBench {
   void start_driver(const std::string& address = "arm:502") {
     start_driver(address, placed.kinematics);
   }
-  /// kinematics: that the driver believes in.
+  /// kinematics: that the driver assumes.
   void start_driver(const std::string& address, std::shared_ptr<const ArmKinematics> kinematics) {
     ArmNode::Setup setup;
     setup.role = ArmRole::replica;

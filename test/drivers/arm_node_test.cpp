@@ -233,7 +233,7 @@ TEST_CASE("HOLD that finds no connection is written as soon as there is one") {
   CHECK(after < 130);
 }
 
-TEST_CASE("a controller that refuses HOLD is asked again until it takes it") {
+TEST_CASE("a HOLD that a controller refuses is repeated until it takes it") {
   ArmBench bench;
   bench.start_arm();
   bench.stream(0.5, turning(bench, 0.2));
@@ -248,7 +248,7 @@ TEST_CASE("a controller that refuses HOLD is asked again until it takes it") {
   CHECK(after < 20);
 }
 
-TEST_CASE("without its connection for set-points an arm is not started, and that is told") {
+TEST_CASE("without its connection for set-points an arm is not started, and that is reported") {
   ArmBench bench;
   bench.start_driver();
   bench.simulation.run_for(500 * millisecond);
@@ -263,7 +263,7 @@ TEST_CASE("without its connection for set-points an arm is not started, and that
   CHECK(bench.status.state == node_status_t::READY);
 }
 
-TEST_CASE("a HOLD is obeyed whatever its session, age or order, and told by name") {
+TEST_CASE("a HOLD is obeyed whatever its session, age or order, and reported by name") {
   ArmBench bench;
   bench.start_arm();
   bench.stream(0.5, turning(bench, 0.2));
@@ -273,31 +273,31 @@ TEST_CASE("a HOLD is obeyed whatever its session, age or order, and told by name
   hold.session = ArmBench::session;
   hold.utime = bench.simulation.now();
   hold.utime_expires = hold.utime + 100 * millisecond;
-  std::string told;
+  std::string expected_text;
   SECTION("of another session") {
     hold.session = 76;
-    told = "belongs to session 76";
+    expected_text = "belongs to session 76";
   }
   SECTION("expired") {
     hold.utime -= 24 * 3600 * second;
     hold.utime_expires -= 24 * 3600 * second;
-    told = "ms ago";
+    expected_text = "ms ago";
   }
   SECTION("overtaken by set-points") {
     hold.seq = 1;
-    told = "behind a later command";
+    expected_text = "behind a later command";
   }
   SECTION("all of it, from a script that fills in nothing") {
     hold = {};
     hold.action = arm_command_t::HOLD;
-    told = "belongs to session 0 and expired";
+    expected_text = "belongs to session 0 and expired";
   }
   bench.bus->publish(channels::arm_command_replica, hold);
   CHECK(held_after(bench) < 5);
   bench.simulation.run_for(20 * millisecond);
-  CHECK_THAT(bench.text_of("unusual-stop"), Catch::Contains(told));
+  CHECK_THAT(bench.text_of("unusual-stop"), Catch::Contains(expected_text));
 
-  // The testbed answers a HOLD of somebody else with its own before it starts again.
+  // The testbed answers a HOLD of another sender with its own before it starts again.
   if (hold.session != ArmBench::session) {
     bench.send(arm_command_t::START);
     bench.simulation.run_for(300 * millisecond);
@@ -431,7 +431,7 @@ TEST_CASE("joints that the controller does not vouch for are marked so") {
   CHECK(bench.last().valid);
 }
 
-TEST_CASE("a controller whose tick stands still is not believed") {
+TEST_CASE("the joints of a controller whose tick stands still are marked invalid") {
   ArmBench bench;
   bench.start_arm();
   bench.stream(0.5, turning(bench, 0.2));
@@ -528,7 +528,7 @@ TEST_CASE("an arm whose kinematics are not those of its controller is not starte
   CHECK(bench.controller->state() == ControllerState::idle);
 }
 
-TEST_CASE("a driver that nobody has answered yet says for whom it waits") {
+TEST_CASE("a driver without any answer yet reports the device it waits for") {
   ArmBench bench;
   bench.start_driver("nobody:502");
   bench.simulation.run_for(3 * second);

@@ -65,10 +65,10 @@ Listing parse(const std::string& text, const std::map<std::string, std::string>&
       const auto at = static_cast<std::size_t>(it->position());
       const bool writes = assigned != std::string::npos && at >= action && at < assigned;
       (writes ? listing.written : listing.read).insert(name);
-      const auto known = names.find(name);
-      if (known != names.end() ? comment != known->second : comment.rfind("spare", 0) != 0) {
+      const auto entry = names.find(name);
+      if (entry != names.end() ? comment != entry->second : comment.rfind("spare", 0) != 0) {
         wrong(name + " is called '" + comment + "'" +
-              (known != names.end() ? ", the map has '" + known->second + "'"
+              (entry != names.end() ? ", the map has '" + entry->second + "'"
                                     : ", and the map does not name it"));
       }
       if (kind == "DO") continue;

@@ -46,7 +46,7 @@ struct Facility {
     command.sun_elevation_rad = radians(10.0);
     return command;
   }
-  /// Status and reason of what was asked last.
+  /// Status and reason of the last request.
   std::string answer() const {
     for (const command_answer_t& one : answers.answers) {
       if (one.seq == seq) {
@@ -83,7 +83,7 @@ TEST_CASE("the facility's state comes at 10 Hz, the chain closed, the lamps dark
   CHECK(f.state.sun_lamp == 0);
 }
 
-TEST_CASE("lamps come up to what is asked for, and the sun's direction is shown") {
+TEST_CASE("lamps come up to the requested power, and the sun's direction is shown") {
   Facility f;
   f.bus.publish(channels::facility_command, f.lamps(0.8, 0.25));
   f.simulation.run_for(500 * millisecond);

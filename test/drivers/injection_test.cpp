@@ -15,7 +15,7 @@ using Catch::Matchers::Contains;
 namespace berth {
 namespace {
 
-/// A rig whose simulated cell is asked for faults over the bus.
+/// A rig whose simulated cell receives injections of faults over the bus.
 struct FaultyRig : Rig {
   FaultyRig() : Rig("range") {
     bus.subscribe<injection_state_t>(channels::injection_state, Queue::fifo(),
@@ -58,7 +58,7 @@ struct FaultyRig : Rig {
   facility_state_t facility{};
 };
 
-TEST_CASE("a fault lasts until it is cleared, or for its duration, and the state says so") {
+TEST_CASE("a fault lasts until it is cleared, or for its duration, and the state shows it") {
   FaultyRig rig;
   rig.inject("plc", "estop");
   CHECK(rig.state.accepted_seq == 1);
@@ -107,7 +107,7 @@ TEST_CASE("an injection of another session, or too late, changes nothing") {
   CHECK(rig.facility.estop_chain_closed);
 }
 
-TEST_CASE("what is not known or out of bounds is refused, and the refusal names what is known") {
+TEST_CASE("unknown or out of bounds injections are refused, and the refusal lists the known ones") {
   FaultyRig rig;
   rig.inject("lidaar", "silent");
   CHECK(rig.state.refused_seq == 1);
@@ -153,7 +153,7 @@ TEST_CASE("the faults of an arm") {
     CHECK(rig.reported(ArmRole::sensor)[0] - reported[0] == Approx(0.01).epsilon(0.05));
     CHECK(distance(before, rig.cell->true_relative_pose(rig.simulation.now())) == 0);
   }
-  SECTION("creep: the arm leaves and says so") {
+  SECTION("creep: the arm leaves and reports it") {
     const Pose before = rig.cell->true_relative_pose(rig.simulation.now());
     rig.inject("arm-replica", "creep", 0.01, 1);
     rig.simulation.run_for(2 * second);

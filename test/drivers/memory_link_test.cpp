@@ -157,39 +157,39 @@ TEST_CASE("a device that answers exceptions, garbage, too late or on a dead sock
   Pair pair;
   pair.serve();
   pair.simulation.run_for(second);
-  const auto ask = [&](Utime patience) {
+  const auto request = [&](Utime patience) {
     pair.act([&] { pair.link->read_registers(1, 1, pair.keep()); });
     pair.simulation.run_for(patience);
   };
-  SECTION("exception: told, and the connection lives on") {
+  SECTION("exception: reported, and the connection lives on") {
     pair.server->faults().exception = MODBUS_EXCEPTION_SLAVE_OR_SERVER_BUSY;
-    ask(second);
+    request(second);
     CHECK(pair.exception == MODBUS_EXCEPTION_SLAVE_OR_SERVER_BUSY);
     CHECK(pair.losses == 0);
   }
   SECTION("garbage: the connection is made anew") {
     pair.server->faults().garbage = true;
-    ask(0);
+    request(0);
     CHECK(pair.error == "the device sent bytes that are not Modbus");
     CHECK(pair.losses == 1);
   }
   SECTION("late, but in time") {
     pair.server->faults().delay = 30 * millisecond;
-    ask(100 * millisecond);
+    request(100 * millisecond);
     CHECK(pair.error.empty());
     CHECK(pair.answers == 1);
   }
   SECTION("too late") {
     pair.server->faults().delay = 70 * millisecond;
-    ask(100 * millisecond);
+    request(100 * millisecond);
     CHECK(pair.error == "no answer within 50 ms");
   }
-  SECTION("half open: nobody is told; a new connection works, the dead one holds its place") {
+  SECTION("half open: without notice; a new connection works, the dead one holds its place") {
     pair.server->half_open(0);
-    ask(40 * millisecond);
+    request(40 * millisecond);
     CHECK(pair.error == "no answer within 50 ms");
     pair.simulation.run_for(second);
-    ask(0);
+    request(0);
     CHECK(pair.error.empty());
     CHECK(pair.server->connections() == 2);
     pair.simulation.run_for(3 * second);  // the idle time-out of this server
@@ -198,7 +198,7 @@ TEST_CASE("a device that answers exceptions, garbage, too late or on a dead sock
   }
 }
 
-TEST_CASE("the link waits for a device that starts later, asking ever more rarely") {
+TEST_CASE("the link waits for a device that starts later, dialling ever more rarely") {
   Pair pair;
   pair.simulation.run_for(10 * second);
   pair.link->read_registers(1, 1, pair.keep());
@@ -228,7 +228,7 @@ TEST_CASE("connections beyond the limit are refused until one is free") {
   CHECK(late->connected());
 }
 
-TEST_CASE("a connection that says nothing for long is closed by the server") {
+TEST_CASE("a connection that is silent for long is closed by the server") {
   Pair pair;
   pair.serve();
   pair.simulation.run_for(4 * second);

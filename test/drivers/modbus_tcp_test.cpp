@@ -54,7 +54,7 @@ struct Rig {
     };
   }
   /// The answer to a read of two registers.
-  std::string ask() {
+  std::string read_two_registers() {
     const int before = answers;
     link->read_registers(7, 2, keep());
     REQUIRE(run_until([&] { return answers > before; }));
@@ -76,7 +76,7 @@ struct Rig {
       });
     });
   }
-  /// Dials the server with these bytes; what comes back is in heard.
+  /// Dials the server with these bytes; what comes back is in received.
   void send(const Bytes& bytes) {
     loop.sockets().dial(address, [this, bytes](Socket dialled) {
       REQUIRE(dialled.fd() >= 0);
@@ -89,8 +89,8 @@ struct Rig {
           closed = true;
           return hang_up();
         }
-        heard.insert(heard.end(), piece.begin(),
-                     piece.begin() + static_cast<std::ptrdiff_t>(*size));
+        received.insert(received.end(), piece.begin(),
+                        piece.begin() + static_cast<std::ptrdiff_t>(*size));
       });
     });
   }
@@ -106,7 +106,7 @@ struct Rig {
   std::unique_ptr<RegisterServer> server;
   std::unique_ptr<RegisterLink> link;
   Socket peer;
-  Bytes heard;
+  Bytes received;
   bool closed = false;
   int connections = 0;
   int losses = 0;
@@ -163,7 +163,7 @@ TEST_CASE("over TCP a device answers to its unit, and behind no gateway to 0 and
   Rig rig;
   rig.serve();
   rig.connect(20 * second, unit);
-  CHECK(rig.ask() == error);
+  CHECK(rig.read_two_registers() == error);
   CHECK(rig.losses == 0);
 }
 
@@ -176,7 +176,7 @@ TEST_CASE("libmodbus' own client reads and writes what the server shows") {
   std::array<std::uint16_t, 3> words{};
   std::array<std::uint8_t, 20> coils{};
   int refused = 0;
-  std::thread asking([&] {
+  std::thread client([&] {
     const std::string port = rig.address.substr(rig.address.find(':') + 1);
     const std::unique_ptr<modbus_t, void (*)(modbus_t*)> peer(
         modbus_new_tcp("127.0.0.1", std::stoi(port)), modbus_free);
@@ -196,7 +196,7 @@ TEST_CASE("libmodbus' own client reads and writes what the server shows") {
     rig.loop.stop();
   });
   rig.loop.run();
-  asking.join();
+  client.join();
   CHECK(results == std::array{0, 3, 1, 10, 20, -1, 3});
   CHECK(refused == EMBXILFUN);
   CHECK(words == std::array<std::uint16_t, 3>{0, 0x1234, 0});
@@ -259,7 +259,7 @@ TEST_CASE("an answer in single bytes is put together") {
   for (const std::uint8_t byte : good) bytes.push_back({byte});
   rig.answer_with(bytes, millisecond);
   rig.connect();
-  CHECK(rig.ask().empty());
+  CHECK(rig.read_two_registers().empty());
   CHECK(rig.answer.words == std::vector<Word>{0x1234, 1});
   CHECK(rig.losses == 0);
 }
@@ -268,7 +268,7 @@ TEST_CASE("an answer that is none to the request closes the connection, which is
   const auto [at, value] = GENERATE(table<std::size_t, std::uint8_t>({
       {1, 9},  // another transaction
       {7, 4},  // another function
-      {8, 2},  // fewer registers than asked for
+      {8, 2},  // fewer registers than requested
   }));
   CAPTURE(at);
   Bytes spoilt = good;
@@ -276,7 +276,8 @@ TEST_CASE("an answer that is none to the request closes the connection, which is
   Rig rig;
   rig.answer_with({spoilt});
   rig.connect();
-  CHECK_THAT(rig.ask(), Catch::StartsWith("the device sent no answer to the request"));
+  CHECK_THAT(rig.read_two_registers(),
+             Catch::StartsWith("the device sent no answer to the request"));
   CHECK(rig.losses == 1);
   CHECK(rig.run_until([&] { return rig.connections == 2; }));
 }
@@ -285,7 +286,8 @@ TEST_CASE("bytes that are no Modbus close the connection") {
   Rig rig;
   rig.answer_with({Bytes(300, 0xa5)});
   rig.connect();
-  CHECK_THAT(rig.ask(), Catch::StartsWith("the device sent no answer to the request"));
+  CHECK_THAT(rig.read_two_registers(),
+             Catch::StartsWith("the device sent no answer to the request"));
   CHECK(rig.losses == 1);
 }
 
@@ -296,7 +298,7 @@ TEST_CASE("given up: the unit of an answer and the coil that it names are not ch
     other[6] = 9;
     rig.answer_with({other});
     rig.connect();
-    CHECK(rig.ask().empty());
+    CHECK(rig.read_two_registers().empty());
   }
   SECTION("coil") {
     rig.answer_with({{0, 1, 0, 0, 0, 6, 1, 5, 0, 9, 0, 0}});  // coil 10 off
@@ -314,19 +316,19 @@ TEST_CASE("the time-out bounds the whole answer, and a late one is taken for no 
     for (const std::uint8_t byte : good) bytes.push_back({byte});
     rig.answer_with(bytes, 10 * millisecond);
     rig.connect(60 * millisecond);
-    CHECK(rig.ask() == "no answer within 60 ms");
+    CHECK(rig.read_two_registers() == "no answer within 60 ms");
   }
   SECTION("more announced than sent") {
     rig.answer_with({Bytes(good.begin(), good.end() - 1)});
     rig.connect(60 * millisecond);
-    CHECK(rig.ask() == "no answer within 60 ms");
+    CHECK(rig.read_two_registers() == "no answer within 60 ms");
   }
   SECTION("a late answer") {
     rig.answer_with({good}, 90 * millisecond);
     rig.connect(60 * millisecond);
-    CHECK(rig.ask() == "no answer within 60 ms");
+    CHECK(rig.read_two_registers() == "no answer within 60 ms");
     REQUIRE(rig.run_until([&] { return rig.link->connected(); }));
-    CHECK(rig.ask() == "no answer within 60 ms");
+    CHECK(rig.read_two_registers() == "no answer within 60 ms");
   }
   CHECK(rig.losses >= 1);
 }
@@ -336,27 +338,27 @@ TEST_CASE("a device that closes the connection, and one whose connection is half
   SECTION("closed instead of an answer") {
     rig.answer_with({});
     rig.connect();
-    CHECK(rig.ask() == "the device closed the connection");
+    CHECK(rig.read_two_registers() == "the device closed the connection");
     CHECK(rig.losses == 1);
   }
-  SECTION("closed while nobody asks") {
+  SECTION("closed without a pending request") {
     rig.serve();
     rig.connect();
     REQUIRE(rig.run_until([&] { return rig.server->connections() == 1; }));
     rig.server->drop_connections();
     CHECK(rig.server->connections() == 0);
-    CHECK(rig.ask() == "the device closed the connection");
+    CHECK(rig.read_two_registers() == "the device closed the connection");
     REQUIRE(rig.run_until([&] { return rig.link->connected(); }));
-    CHECK(rig.ask().empty());
+    CHECK(rig.read_two_registers().empty());
   }
   SECTION("half open: the dead one holds its place, a new one works") {
     rig.serve();
     rig.connect(60 * millisecond);
     REQUIRE(rig.run_until([&] { return rig.server->connections() == 1; }));
     rig.server->half_open(0);
-    CHECK(rig.ask() == "no answer within 60 ms");
+    CHECK(rig.read_two_registers() == "no answer within 60 ms");
     REQUIRE(rig.run_until([&] { return rig.link->connected(); }));
-    CHECK(rig.ask().empty());
+    CHECK(rig.read_two_registers().empty());
     CHECK(rig.server->connections() == 2);
   }
 }
@@ -413,11 +415,11 @@ TEST_CASE("a connection reset in the midst of an answer is named and dialled ane
   Rig rig;
   const ResettingDevice device(rig.address);
   rig.connect();
-  CHECK(rig.ask() == "the device closed the connection");
+  CHECK(rig.read_two_registers() == "the device closed the connection");
   CHECK(rig.losses == 1);
   CHECK(rig.reason == "the device closed the connection");
   REQUIRE(rig.run_until([&] { return rig.link->connected(); }));
-  CHECK(rig.ask().empty());
+  CHECK(rig.read_two_registers().empty());
   CHECK(rig.answer.words == std::vector<Word>{5, 6});
   CHECK(rig.connections == 2);
   rig.link.reset();
@@ -429,24 +431,25 @@ TEST_CASE("faults of a device over TCP") {
   SECTION("exception") {
     rig.connect();
     rig.server->faults().exception = MODBUS_EXCEPTION_SLAVE_OR_SERVER_BUSY;
-    CHECK(rig.ask() == "refused: Slave device or server is busy");
+    CHECK(rig.read_two_registers() == "refused: Slave device or server is busy");
     CHECK(rig.losses == 0);
   }
   SECTION("garbage") {
     rig.connect();
     rig.server->faults().garbage = true;
-    CHECK_THAT(rig.ask(), Catch::StartsWith("the device sent no answer to the request"));
+    CHECK_THAT(rig.read_two_registers(),
+               Catch::StartsWith("the device sent no answer to the request"));
   }
   SECTION("late, but in time") {
     rig.connect();
     rig.server->faults().delay = 20 * millisecond;
-    CHECK(rig.ask().empty());
+    CHECK(rig.read_two_registers().empty());
     CHECK(rig.answer.received - rig.answer.sent >= 20 * millisecond);
   }
   SECTION("silent") {
     rig.connect(60 * millisecond);
     rig.server->faults().silent = true;
-    CHECK(rig.ask() == "no answer within 60 ms");
+    CHECK(rig.read_two_registers() == "no answer within 60 ms");
   }
 }
 
@@ -477,12 +480,12 @@ TEST_CASE("the server refuses what it does not have") {
   }));
   CAPTURE(request);
   rig.send(request);
-  REQUIRE(rig.run_until([&] { return rig.heard.size() >= expected.size() || rig.closed; }));
-  CHECK(rig.heard == expected);
+  REQUIRE(rig.run_until([&] { return rig.received.size() >= expected.size() || rig.closed; }));
+  CHECK(rig.received == expected);
   CHECK(rig.writes == 0);
 }
 
-TEST_CASE("whoever sends anything but Modbus is cut off, the others are served on") {
+TEST_CASE("clients that send anything but Modbus are disconnected, the others are served on") {
   Rig rig;
   rig.serve(4, 2 * second);
   rig.connect();
@@ -492,7 +495,7 @@ TEST_CASE("whoever sends anything but Modbus is cut off, the others are served o
   SECTION("half a request, and no more comes") {
     rig.send({0, 1, 0, 0, 0, 6, 1, 3, 0});
     REQUIRE(rig.run_until([&] { return rig.server->connections() == 2; }));
-    CHECK(rig.ask().empty());
+    CHECK(rig.read_two_registers().empty());
   }
   REQUIRE(rig.run_until([&] {
     if (rig.link->idle()) rig.link->read_registers(1, 1, rig.keep());
@@ -510,8 +513,8 @@ TEST_CASE("a connection beyond the limit is closed at once") {
   REQUIRE(rig.run_until([&] { return rig.server->connections() == 1; }));
   rig.send({0, 1, 0, 0, 0, 6, 1, 3, 0, 0, 0, 1});
   CHECK(rig.run_until([&] { return rig.closed; }));
-  CHECK(rig.heard.empty());
-  CHECK(rig.ask().empty());
+  CHECK(rig.received.empty());
+  CHECK(rig.read_two_registers().empty());
 }
 
 }  // namespace

@@ -21,8 +21,8 @@ std::string map_text() {
   return text.str();
 }
 
-/// What loading says of the shipped map with one piece of text replaced.
-std::string complaint(const std::string& from, const std::string& to) {
+/// The error on loading the shipped map with one piece of text replaced.
+std::string error_of(const std::string& from, const std::string& to) {
   std::string text = map_text();
   const auto at = text.find(from);
   REQUIRE(at != std::string::npos);
@@ -60,17 +60,17 @@ TEST_CASE("the shipped map puts everything where the controllers have it") {
 }
 
 TEST_CASE("a map that cannot work is refused with file, line and key") {
-  CHECK_THAT(complaint("tick: R[1]", "tick: R[17]"),
+  CHECK_THAT(error_of("tick: R[1]", "tick: R[17]"),
              Catch::Contains("numbers.tick") && Catch::Contains("'R[17]' is in none"));
-  CHECK_THAT(complaint("command: R[32]", "command: R[2]"),
+  CHECK_THAT(error_of("command: R[32]", "command: R[2]"),
              Catch::Contains("stands at register 53, outside its block"));
-  CHECK_THAT(complaint("slot: 2,", "slot: 1,"), Catch::Contains("is used twice"));
-  CHECK_THAT(complaint("\"PR[2]@1.26\"", "\"PR[2]@40.26\""), Catch::Contains("PR[2]@40.26"));
-  CHECK_THAT(complaint("count: 31", "count: 124"), Catch::Contains("a whole number from 1 to 123"));
-  CHECK_THAT(complaint("alarm: ALM[1]", "alarm: ALM[2]"),
+  CHECK_THAT(error_of("slot: 2,", "slot: 1,"), Catch::Contains("is used twice"));
+  CHECK_THAT(error_of("\"PR[2]@1.26\"", "\"PR[2]@40.26\""), Catch::Contains("PR[2]@40.26"));
+  CHECK_THAT(error_of("count: 31", "count: 124"), Catch::Contains("a whole number from 1 to 123"));
+  CHECK_THAT(error_of("alarm: ALM[1]", "alarm: ALM[2]"),
              Catch::Contains("none of the assignments"));
-  CHECK_THAT(complaint("unit: 1", "unit: 250"), Catch::Contains("found 250, expected 1 to 247"));
-  CHECK_THAT(complaint("pulse:", "puls:"), Catch::Contains("'puls'") || Catch::Contains("pulse"));
+  CHECK_THAT(error_of("unit: 1", "unit: 250"), Catch::Contains("found 250, expected 1 to 247"));
+  CHECK_THAT(error_of("pulse:", "puls:"), Catch::Contains("'puls'") || Catch::Contains("pulse"));
 }
 
 TEST_CASE("status and command blocks in SI units, word by word") {

@@ -35,19 +35,19 @@ struct TemporaryDirectory {
   std::filesystem::path path;
 };
 
-TEST_CASE("an unperturbed cell is where nominal kinematics of the reported joints say") {
+TEST_CASE("an unperturbed cell is where nominal kinematics of the reported joints put it") {
   for (const std::string layout : {"range", "contact", "free"}) {
     INFO(layout);
     Rig rig(layout);
     rig.move(1);
     rig.simulation.run_for(second);  // set-points have stopped: both arms are held
     CHECK(rig.arms[ArmRole::replica].state == arm_state_t::HELD);
-    const Pose believed =
+    const Pose modelled =
         rig.nominal.relative_pose(rig.reported(ArmRole::replica), rig.reported(ArmRole::sensor));
     const Pose truth = rig.cell->true_relative_pose(rig.simulation.now());
-    CHECK(distance(believed, truth) < 2e-5);
-    CHECK(angle_between(believed, truth) < 1e-5);
-    CHECK(distance(believed, rig.nominal.relative_pose(rig.nominal.replica.home,
+    CHECK(distance(modelled, truth) < 2e-5);
+    CHECK(angle_between(modelled, truth) < 1e-5);
+    CHECK(distance(modelled, rig.nominal.relative_pose(rig.nominal.replica.home,
                                                        rig.nominal.sensor.home)) > 0.05);
   }
 }
@@ -137,7 +137,7 @@ TEST_CASE("the world's truth is a stock log at 100 Hz, and none of it is on the 
   CHECK(velocity.norm() < 0.5);
 }
 
-TEST_CASE("what the world drew stands beside the run, and what a tracker saw of it") {
+TEST_CASE("the world's draw is stored next to the run, and a tracker's view of it") {
   TemporaryDirectory directory;
   WorldSettings departs;
   departs.cell.base_position = 0.005;

@@ -18,7 +18,7 @@ float number(const SnpxMemory& memory, int address) {
   return get_float(two);
 }
 
-TEST_CASE("registers that nobody assigned read 0 and swallow writes") {
+TEST_CASE("unassigned registers read 0 and swallow writes") {
   SnpxMemory memory({{1, 1, 4, "R[1]", 0}});
   memory.numbers[1] = 2.5;
   const Word written[] = {7, 7, 7, 7, 7, 7};

@@ -85,7 +85,7 @@ TEST_CASE("over real TCP the driver starts the arm and moves it") {
   CHECK(std::abs(last.utime - last.utime_received) < 10 * second);
 }
 
-TEST_CASE("where nobody listens a dial fails, and the link keeps asking") {
+TEST_CASE("without a listener a dial fails, and the link keeps dialling") {
   ProcessLoop loop(clock_offset_now());
   const std::string address = free_address();
   bool refused = false;

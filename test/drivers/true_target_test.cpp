@@ -12,7 +12,7 @@ using namespace berth;
 
 namespace {
 
-/// A body with a panel on a hinge beside it, and a mast of its own; the body is soft.
+/// A body with a panel on a hinge next to it, and a mast of its own; the body is soft.
 Target satellite() {
   Target target;
   target.name = "satellite";
@@ -204,7 +204,7 @@ TEST_CASE("a part is missing or there is one too many, and half of the surface s
   CHECK(box.size().x() > 0);
 }
 
-TEST_CASE("the shipped worlds are read; a key that none knows is refused, and so is a world") {
+TEST_CASE("the shipped worlds are read; an unknown key is refused, and so is an unknown world") {
   const WorldSettings exact = load_world("config", "exact");
   CHECK(exact.target.surface == 0);
   CHECK(exact.cell.base_position == 0);

@@ -137,7 +137,7 @@ TEST_CASE("A cube and a cylinder are found; poses that are equal are one") {
   }
 }
 
-TEST_CASE("A turn that only the edges of thin panels tell is hardly ever mistaken") {
+TEST_CASE("A turn that is observable only at the edges of thin panels is hardly ever wrong") {
   // A tank whose panels are seen from their side.
   Mesh mesh = make_cylinder(0.2, 0.8, 30);
   for (const double side : {-1.0, 1.0}) {
@@ -183,7 +183,7 @@ TEST_CASE("A third of the returns may come from something else") {
   CHECK(tally.right >= 14);
 }
 
-TEST_CASE("Without a word about beams that met nothing, the returns alone are enough") {
+TEST_CASE("Without beams that met nothing, the returns alone are enough") {
   const auto hits_only = [](std::vector<RawBeam>& raw, Random&) {
     std::erase_if(raw, [](const RawBeam& b) { return b.status != BeamStatus::hit; });
   };

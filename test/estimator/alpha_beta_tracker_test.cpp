@@ -40,7 +40,7 @@ TEST_CASE("Two measurements are enough for a velocity") {
   CHECK((tracker.velocity().linear - velocity.linear).norm() < 1e-9);
 }
 
-TEST_CASE("The filter smooths, and its covariances say by how much") {
+TEST_CASE("The filter smooths, and its covariances are consistent") {
   AlphaBetaOptions options;
   options.alpha = 0.5;
   options.beta = 0.15;

@@ -83,7 +83,7 @@ TEST_CASE("The node acquires and tracks over the bus, the same to the bit every 
   CHECK(first.log == second_run.log);
 }
 
-TEST_CASE("A command of another session changes nothing, and is told once") {
+TEST_CASE("A command of another session changes nothing, and is reported once") {
   const Run run = run_for(5 * second, 6);
   CHECK(run.estimates.empty());
   CHECK(run.states.back().mode == estimator_state_t::IDLE);

@@ -48,7 +48,7 @@ Comparison compare(const Velocity& velocity) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     Loopback run(stream_setup());
     run.lidar = ScanMaker(replica().mesh, seed);
-    run.lidar.footprint = true;  // as the profile says
+    run.lidar.footprint = true;  // as in the profile
     run.lidar.pose = start_pose;
     run.lidar.velocity = velocity;
     const std::int64_t epoch = run.lidar.utime;

@@ -69,26 +69,26 @@ TEST_CASE("An idle estimator acquires at once and goes on tracking by itself") {
 TEST_CASE("A command for a later scan waits for it") {
   Loopback run;
   acquire_and_track(run, 3);
-  const std::int64_t asked = run.estimator.state().scan_id;
-  run.send(command(Command::STOP, 2, asked + 2));
+  const std::int64_t requested = run.estimator.state().scan_id;
+  run.send(command(Command::STOP, 2, requested + 2));
   CHECK(run.estimator.state().command_seq == 2);
   REQUIRE(run.scan_once());
-  CHECK(run.output.requests.back().scan_id == asked + 1);
+  CHECK(run.output.requests.back().scan_id == requested + 1);
   REQUIRE(run.scan_once());
   CHECK(run.estimator.state().mode == State::IDLE);
-  CHECK(run.estimator.state().scan_id == asked + 1);
+  CHECK(run.estimator.state().scan_id == requested + 1);
   CHECK_FALSE(run.scan_once());
 }
 
 TEST_CASE("A command that comes too late is refused, and obeyed under a new number") {
   Loopback run;
   acquire_and_track(run, 3);
-  const std::int64_t asked = run.estimator.state().scan_id;
-  run.send(command(Command::STOP, 2, asked));
+  const std::int64_t requested = run.estimator.state().scan_id;
+  run.send(command(Command::STOP, 2, requested));
   CHECK(run.estimator.state().refused_seq == 2);
   CHECK(run.estimator.state().command_seq == 1);
   CHECK_THAT(run.estimator.state().reason, Catch::Contains("late"));
-  run.send(command(Command::STOP, 3, asked + 2));
+  run.send(command(Command::STOP, 3, requested + 2));
   CHECK(run.estimator.state().command_seq == 3);
 }
 
@@ -156,7 +156,7 @@ TEST_CASE("A packet of a later scan ends the one whose end was lost") {
   CHECK(run.last().status == Estimate::OK);
 }
 
-TEST_CASE("A scan that was never asked for is taken while one is awaited") {
+TEST_CASE("A scan that was never requested is taken while one is awaited") {
   Loopback run;
   acquire_and_track(run, 2);
   scan_request_t request = run.output.requests.back();
@@ -167,7 +167,7 @@ TEST_CASE("A scan that was never asked for is taken while one is awaited") {
   CHECK(run.output.requests.back().scan_id == request.scan_id + 1);
 }
 
-TEST_CASE("An idle estimator only learns the number of a scan nobody asked for") {
+TEST_CASE("An idle estimator only learns the number of a scan that was not requested") {
   Loopback run;
   for (const auto& p : packets_of(run.lidar.sweep(full_view(100)), 41)) run.estimator.receive(p);
   CHECK(run.output.estimates.empty());
@@ -212,7 +212,7 @@ TEST_CASE("Empty scans are failures with a reason; three in a row lose the targe
   CHECK(run.last().status == Estimate::OK);
 }
 
-TEST_CASE("Where two scans tell too little the next has more beams where the target may be") {
+TEST_CASE("Where two scans are not informative enough the next has more beams near the target") {
   EstimatorSetup setup = test_setup();
   setup.options.acquisition_method = "hypotheses";
   setup.options.acquire_beams = 60;  // of the whole field of view, a few of them on the target
@@ -278,7 +278,7 @@ TEST_CASE("A jump of the target is never reported as a pose") {
   CHECK(run.last().status == Estimate::OK);
 }
 
-TEST_CASE("A refused scan is not asked for again before the LIDAR is heard of") {
+TEST_CASE("A refused scan is not requested again before the LIDAR has reported") {
   Loopback run;
   run.send(command(Command::ACQUIRE, 1, 1));
   run.estimator.receive(empty_end(1, ScanPacket::REFUSED, "the laser is off", 1735689601000000));
@@ -363,8 +363,8 @@ TEST_CASE(
   first.lidar.velocity = {{0.005, 0, -0.02}, {0, 0.01, 0}};
   first.send(command(Command::ACQUIRE, 1, 1));
   for (int i = 0; i < 4; ++i) REQUIRE(first.scan_once());
-  const std::int64_t asked = first.estimator.state().scan_id;
-  Command track = command(Command::TRACK, 2, asked + 2);
+  const std::int64_t requested = first.estimator.state().scan_id;
+  Command track = command(Command::TRACK, 2, requested + 2);
   track.strategy = "sparse";
   first.send(track);
   for (int i = 0; i < 6; ++i) REQUIRE(first.scan_once());
@@ -373,11 +373,11 @@ TEST_CASE(
   RecordedOutput output;
   Estimator replayed(test_setup(), output);
   replayed.receive(command(Command::ACQUIRE, 1, 1));
-  bool told = false;
+  bool sent = false;
   for (const auto& p : first.packets) {
-    if (!told && p.scan_id == asked - 1) {
+    if (!sent && p.scan_id == requested - 1) {
       replayed.receive(track);
-      told = true;
+      sent = true;
     }
     replayed.receive(p);
   }
@@ -421,7 +421,7 @@ TEST_CASE("Nonsense on the bus is survived") {
   CHECK(run.output.notes.back() == "bad-packet");
 }
 
-TEST_CASE("A beam from beside the sensor's origin counts as one from there to its return") {
+TEST_CASE("A beam from next to the sensor's origin counts as one from there to its return") {
   ScanPacket packet{};
   packet.resize(3);
   packet.range_m = {5, 5, 0};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The Kalman filter on SE(3): what it says of itself is true.
+// The Kalman filter on SO(3) x R3: its covariance is consistent.
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <limits>
@@ -33,7 +33,7 @@ Vector12d error_of(const PoseFilter& filter, const Pose& pose, const Velocity& v
   return e;
 }
 
-/// What noisy sightings of body-fixed points say of the motion; each at its own time.
+/// Information on the motion from noisy sightings of body-fixed points, each at its own time.
 struct Sightings {
   std::vector<Vector3d> body;
   std::vector<Vector3d> seen;
@@ -104,12 +104,12 @@ TEST_CASE("On a straight line the filter is the least-squares line through the m
   CHECK(filter.velocity_covariance()(2, 2) == Approx(covariance(1, 1)).epsilon(1e-3));
 }
 
-TEST_CASE("Errors are as large as the covariance says, at rest in start_velocity and manoeuvring") {
+TEST_CASE("Errors are consistent with the covariance, at rest, in motion and manoeuvring") {
   const double acceleration = GENERATE(0.0, 0.02);
   PoseFilterOptions options;
   options.linear_acceleration = options.angular_acceleration = std::max(acceleration, 1e-6);
   double nees = 0;
-  double least = 1;
+  double min_eigenvalue = 1;
   int count = 0;
   for (std::uint64_t seed = 1; seed <= 150; ++seed) {
     Random random(seed, "filter");
@@ -137,14 +137,14 @@ TEST_CASE("Errors are as large as the covariance says, at rest in start_velocity
     const Vector12d scale = p.diagonal().cwiseSqrt().cwiseInverse();
     const Matrix12d correlation = scale.asDiagonal() * p * scale.asDiagonal();
     const Eigen::SelfAdjointEigenSolver<Matrix12d> eigen(correlation, Eigen::EigenvaluesOnly);
-    least = std::min(least, eigen.eigenvalues()[0]);
+    min_eigenvalue = std::min(min_eigenvalue, eigen.eigenvalues()[0]);
   }
-  CHECK(least > 0);
+  CHECK(min_eigenvalue > 0);
   // 1,800 degrees of freedom: one part in 30 is one sigma.
   CHECK(nees / count == Approx(1).margin(0.14));
 }
 
-TEST_CASE("Returns at their own times tell pose and start_velocity together, and how sure") {
+TEST_CASE("Returns at their own times determine pose and velocity together, with covariance") {
   double nees = 0;
   constexpr int trials = 150;
   for (std::uint64_t seed = 1; seed <= trials; ++seed) {
@@ -295,26 +295,27 @@ TEST_CASE("A turning target is followed across every angle") {
   }
 }
 
-TEST_CASE("What the chaser knows of its own motion is not mistaken for the target's") {
-  PoseFilter told({});
-  told.start(start_pose, noise(), 0, start_velocity, speed_variance(0.001, 0.001));
-  PoseFilter untold = told;
+TEST_CASE("The chaser's measured own motion is not attributed to the target") {
+  PoseFilter informed({});
+  informed.start(start_pose, noise(), 0, start_velocity, speed_variance(0.001, 0.001));
+  PoseFilter uninformed = informed;
   // In a second the sensor gets faster by 0.1 m/s, then goes on so.
   const Vector3d none = Vector3d::Zero();
   const SensorMotion burn{0, 1000000, Vector3d(0.1, 0, 0.05), none, none, 0.001, 0};
   SensorMotions motions;
   motions.add(burn);
-  CHECK(motions.propagate(told, 2000000) == Approx(1));
+  CHECK(motions.propagate(informed, 2000000) == Approx(1));
   const Pose straight = moved(start_pose, start_velocity, 2);
   const Pose truth{straight.position - 1.5 * burn.acceleration, straight.rotation};
-  CHECK(distance(told.predict(2000000), truth) < 1e-9);
-  CHECK(distance(untold.predict(2000000), truth) > 0.15);
-  CHECK(told.predicted_covariance(2000000)(0, 0) > untold.predicted_covariance(2000000)(0, 0));
+  CHECK(distance(informed.predict(2000000), truth) < 1e-9);
+  CHECK(distance(uninformed.predict(2000000), truth) > 0.15);
+  CHECK(informed.predicted_covariance(2000000)(0, 0) >
+        uninformed.predicted_covariance(2000000)(0, 0));
 }
 
 TEST_CASE("A target at rest is predicted from a sensor that turns and accelerates") {
   const Pose target = pose_from_xyzwpr({200, -100, 6000, 10, 20, 30});
-  // T_world_sensor: about a point beside the sensor, faster and faster.
+  // T_world_sensor: about a point next to the sensor, faster and faster.
   const Vector3d axis = Vector3d(0.3, 1, -0.2).normalized();
   const auto sensor = [&](double t) {
     const double angle = 0.03 * t + 0.02 * t * t;
@@ -333,7 +334,7 @@ TEST_CASE("A target at rest is predicted from a sensor that turns and accelerate
   filter.start(start, noise(), 0,
                {-(first.linear + first.angular.cross(start.position)), -first.angular},
                speed_variance(0.001, 0.001));
-  // Told in intervals of so many us, in two goes, the first one amid an interval.
+  // Reported in intervals of so many us, in two goes, the first one amid an interval.
   const auto carried = [&](std::int64_t interval) {
     const double step = static_cast<double>(interval) * 1e-6;
     SensorMotions motions;
@@ -346,12 +347,12 @@ TEST_CASE("A target at rest is predicted from a sensor that turns and accelerate
                    to_sensor * (a.angular + b.angular) / 2,
                    to_sensor * (b.angular - a.angular) / step, 0, 0});
     }
-    PoseFilter told = filter;
-    motions.propagate(told, 734567);
-    motions.forget_before(told.utime());
-    motions.propagate(told, 2000000);
-    CHECK(told.utime() == 2000000);
-    return told.pose();
+    PoseFilter informed = filter;
+    motions.propagate(informed, 734567);
+    motions.forget_before(informed.utime());
+    motions.propagate(informed, 2000000);
+    CHECK(informed.utime() == 2000000);
+    return informed.pose();
   };
   const Pose coarse = carried(20000);
   const Pose fine = carried(5000);
@@ -361,7 +362,7 @@ TEST_CASE("A target at rest is predicted from a sensor that turns and accelerate
   CHECK(distance(fine, seen(2)) < distance(coarse, seen(2)) / 3);
 }
 
-TEST_CASE("A filter that cannot take a measurement says so, and nothing of it has changed") {
+TEST_CASE("A filter that cannot take a measurement reports it and is unchanged") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto kind = GENERATE(std::string("Kalman"), std::string("alpha-beta"));
   std::unique_ptr<TargetTracker> filter;

@@ -9,7 +9,7 @@
 
 namespace berth::estimator {
 
-/// Keeps all that an estimator says.
+/// Keeps all that an estimator publishes.
 struct RecordedOutput final : EstimatorOutput {
   std::vector<scan_request_t> requests;
   std::vector<pose_estimate_t> estimates;
@@ -28,7 +28,7 @@ struct RecordedOutput final : EstimatorOutput {
   }
 };
 
-/// Where the target is when a test says nothing else.
+/// The target's pose by default.
 inline const Pose start_pose = pose_from_xyzwpr({100, -100, 5500, 10, 8, -12});
 
 /// With the shipped configuration, or another file of its kind.

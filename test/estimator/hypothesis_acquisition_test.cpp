@@ -26,7 +26,7 @@ const RangeGate cell_gate{1, 9};
 
 const Mesh panel = make_box({1.2, 0.5, 0.03});
 const Pose panel_pose{{0.95, 0, 0.1}, Quaterniond::Identity()};
-/// A small body with a mast, and beside it its panel: no two sides alike.
+/// A small body with a mast, and next to it its panel: no two sides alike.
 Mesh body() {
   Mesh mesh = make_box({0.7, 0.5, 0.5});
   mesh.append(make_box({0.1, 0.1, 0.6}), {{-0.2, 0.1, 0.5}, Quaterniond::Identity()});
@@ -99,13 +99,13 @@ bool has(const AcquisitionResult& found, const Pose& truth) {
   return has(found, *lopsided(), truth);
 }
 
-/// Something, alone in space, that is believed to be something else.
-PreprocessedScan scan_of(const Mesh& mesh, const Mesh& believed, const Pose& pose, int beams,
+/// Something, alone in space, that is modelled as something else.
+PreprocessedScan scan_of(const Mesh& mesh, const Mesh& modelled, const Pose& pose, int beams,
                          std::uint64_t seed) {
   ScanMaker lidar(mesh, seed);
   lidar.beam = near_lidar;
   lidar.pose = pose;
-  return preprocess(sweep_around(lidar, believed, beams), cell_gate, near_lidar);
+  return preprocess(sweep_around(lidar, modelled, beams), cell_gate, near_lidar);
 }
 
 }  // namespace
@@ -194,13 +194,13 @@ TEST_CASE(
   CHECK(wrong <= 2);
 }
 
-TEST_CASE("Where the target is not, it is lost, and the odds are told") {
+TEST_CASE("Where the target is not, it is lost, and the odds are reported") {
   const AcquisitionResult result = acquisition().acquire(scan_of_cell({}, 7, false));
   CHECK(result.status == Status::not_found);
   CHECK_THAT(result.reason, Catch::Matchers::Contains("required"));
 }
 
-TEST_CASE("Noise is as ranges show it beside their neighbours, not less than the scanner says") {
+TEST_CASE("Noise is estimated from neighbouring ranges, not less than the scanner's own") {
   Random random(6, "hypotheses");
   const Pose truth = attraction(random);
   for (const double factor : {0.3, 1.0, 3.0}) {
@@ -318,7 +318,7 @@ TEST_CASE("The gradient of the odds is that of numeric differences") {
                                    : displaced(truth, random, 0.004, radians(0.2));
     const PoseOdds::At at = odds.at(off, annealing, 1);
     REQUIRE(at.expected > 50);
-    // Shares are held in the gradient, and of beams at rims nothing is said: small steps, and all
+    // Shares are held in the gradient, and beams at rims are left out: small steps, and all
     // directions together.
     Vector6d numeric;
     const double step = 1e-6;
@@ -352,7 +352,7 @@ Mesh open_box() {
 
 }  // namespace
 
-TEST_CASE("Where a lid is gone, returns from inside speak for the target, and move it") {
+TEST_CASE("Where a lid is gone, returns from inside support the target, and move it") {
   const Mesh open = open_box();
   Mesh closed = open;
   closed.append(make_box({1, 0.8, 0.02}), {{0, 0, -0.5}, Quaterniond::Identity()});
@@ -427,11 +427,11 @@ TEST_CASE("Of how far a piece of the surface is off the odds are an integral") {
   CHECK(as_modelled.at(moved(0.012), 0, 1).log_odds < integral(0.012) - 20);
 }
 
-TEST_CASE("Of two poses as wrong as each other neither is called right more often than said") {
+TEST_CASE("Of two equally wrong poses neither is called right more often than stated") {
   Random random(9, "rivals");
   constexpr int trials = 4000;
   constexpr double risk = 0.1;
-  int sure = 0, naive = 0;
+  int certain = 0, naive = 0;
   for (int i = 0; i < trials; ++i) {
     std::vector<double> best(300), other(300, 0.0);
     double lead = 0;
@@ -440,19 +440,18 @@ TEST_CASE("Of two poses as wrong as each other neither is called right more ofte
       lead = -lead;
       best.swap(other);
     }
-    if (rival_odds(lead, best, other, 0, 1e9) < risk / (1 - risk)) ++sure;
+    if (rival_odds(lead, best, other, 0, 1e9) < risk / (1 - risk)) ++certain;
     if (std::exp(-lead) < risk / (1 - risk)) ++naive;
   }
   // Either of the two may lead.
-  CHECK_THAT(static_cast<double>(sure) / trials, Catch::Matchers::WithinAbs(2 * risk, 0.03));
+  CHECK_THAT(static_cast<double>(certain) / trials, Catch::Matchers::WithinAbs(2 * risk, 0.03));
   CHECK(naive > trials / 2);
   const std::vector<double> alike(10, 0.3);
   CHECK(rival_odds(0, alike, alike, 0, 6) == 1);
   CHECK(rival_odds(20, std::vector<double>(100, 0.2), std::vector<double>(100, 0.0), 0, 6) < 1e-6);
 }
 
-TEST_CASE(
-    "Of two places that both look like the target one must be twice as improbable by chance") {
+TEST_CASE("Of two places that both look like the target one needs twice the log odds") {
   constexpr double required = 6;
   const auto odds = [&](double best, double other, double price) {
     // on other beams each
@@ -477,7 +476,7 @@ TEST_CASE(
 TEST_CASE("The evidence expected of a beam is the mean of what it gives") {
   constexpr double depth = 3;
   constexpr PoseShares w;
-  const ExpectedRange near{5, 1e-4}, beside{5.02, 1.5e-4}, far{5.8, 1e-4}, nothing;
+  const ExpectedRange near{5, 1e-4}, adjacent{5.02, 1.5e-4}, far{5.8, 1e-4}, nothing;
   Random random(8, "expected evidence");
   const auto density = [&](const ExpectedRange& m, double z) {
     if (!std::isfinite(m.range)) return 0.5 / depth;
@@ -489,8 +488,8 @@ TEST_CASE("The evidence expected of a beam is the mean of what it gives") {
   const auto misses = [&](const ExpectedRange& m) {
     return std::isfinite(m.range) ? w.missing : 0.5;
   };
-  for (const ExpectedRange& truth : {near, beside, far, nothing}) {
-    for (const ExpectedRange& other : {near, beside, far, nothing}) {
+  for (const ExpectedRange& truth : {near, adjacent, far, nothing}) {
+    for (const ExpectedRange& other : {near, adjacent, far, nothing}) {
       double sum = 0;
       constexpr int draws = 40000;
       for (int i = 0; i < draws; ++i) {

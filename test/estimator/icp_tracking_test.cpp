@@ -76,7 +76,7 @@ TEST_CASE("Stored closest points are coarser than refined ones, and still good t
   CHECK(upper_median(fine.error_m) < upper_median(coarse.error_m));
 }
 
-TEST_CASE("The covariance says how large the errors are") {
+TEST_CASE("The covariance is consistent with the errors") {
   const Trials trials = run_trials({}, ScanStrategy::corners_sparse, 100, 0.03, radians(2));
   // A mean over 100 trials; somewhat below 1 is cautious, above it is not honest.
   CHECK(trials.nees > 0.4);

@@ -112,19 +112,19 @@ TEST_CASE("The probabilities of what a beam may read sum up to one") {
   const double coverage = GENERATE(0.0, 0.3, 1.0);
   const bool slit = GENERATE(false, true);
   const bool backed = GENERATE(false, true);
-  const double beside_coverage = slit ? 0.4 * (1 - coverage) : 0;
+  const double neighbour_coverage = slit ? 0.4 * (1 - coverage) : 0;
   const auto term = [&](bool returned, double range) {
     const ExpectedReturn front{range - 1.2, 1e-4, 0.05, 1, coverage};
-    const ExpectedReturn beside{range - 1.4, 1e-4, 0.1, 1, beside_coverage};
+    const ExpectedReturn neighbour{range - 1.4, 1e-4, 0.1, 1, neighbour_coverage};
     const ExpectedReturn behind{range - 1.7, 2e-4, 0.2};
-    return std::exp(beam_term(returned, front, slit ? std::optional(beside) : std::nullopt,
+    return std::exp(beam_term(returned, front, slit ? std::optional(neighbour) : std::nullopt,
                               backed ? std::optional(behind) : std::nullopt, shares, depth)
                         .log_likelihood);
   };
   // Stray ranges are spread over one depth, those of the background over two.
   double sum = term(false, 0) + integral(0, depth, [&](double z) { return term(true, z); });
   if (!backed) {
-    sum += (1 - coverage - beside_coverage) * integral(depth, 2 * depth, [&](double) {
+    sum += (1 - coverage - neighbour_coverage) * integral(depth, 2 * depth, [&](double) {
              return (1 - shares.outlier) * shares.background / (2 * depth);
            });
   }
@@ -137,19 +137,19 @@ TEST_CASE("The score of a beam is the derivative of its likelihood") {
   const bool slit = GENERATE(true, false);
   const double coverage = GENERATE(0.02, 0.5, 0.97);
   const double off = GENERATE(-0.03, 0.005, 0.03);
-  const auto at = [&](double d_coverage, double d_beside, double d_range) {
+  const auto at = [&](double d_coverage, double d_neighbour, double d_range) {
     const double range = off + d_range;
     const ExpectedReturn front{range, 1e-4, 0.05, 1, coverage + d_coverage};
-    const ExpectedReturn beside{range - 0.02, 2e-4, 0.2, 1, 0.7 * (1 - coverage) + d_beside};
+    const ExpectedReturn neighbour{range - 0.02, 2e-4, 0.2, 1, 0.7 * (1 - coverage) + d_neighbour};
     const ExpectedReturn behind{range - 0.04, 3e-4, 0.1};
-    return beam_term(returned, front, slit ? std::optional(beside) : std::nullopt,
+    return beam_term(returned, front, slit ? std::optional(neighbour) : std::nullopt,
                      backed ? std::optional(behind) : std::nullopt, {}, 3);
   };
   const BeamTerm term = at(0, 0, 0);
   constexpr double step = 1e-6;
-  const auto slope = [&](double d_coverage, double d_beside, double d_range) {
-    return (at(d_coverage, d_beside, d_range).log_likelihood -
-            at(-d_coverage, -d_beside, -d_range).log_likelihood) /
+  const auto slope = [&](double d_coverage, double d_neighbour, double d_range) {
+    return (at(d_coverage, d_neighbour, d_range).log_likelihood -
+            at(-d_coverage, -d_neighbour, -d_range).log_likelihood) /
            (2 * step);
   };
   CHECK(term.coverage_score == Approx(slope(step, 0, 0)).epsilon(1e-5));
@@ -242,7 +242,7 @@ TEST_CASE("A field's evidence has the slope that numeric differences have") {
   }
 }
 
-TEST_CASE("Errors of draws are as large as the marginalised information says") {
+TEST_CASE("Errors of draws are consistent with the marginalised information") {
   Plate plate(Random(4, "plate"));
   Random random(5, "draws");
   const OffsetCovariance covariance(plate.patches, plate.sums, {1, 1}, 0);
@@ -370,7 +370,7 @@ TEST_CASE("Occluding edges are where rays on one side pass") {
   }
 }
 
-TEST_CASE("Struts, slits and mixed pixels are what the integral over a beam's footprint says") {
+TEST_CASE("Struts, slits and mixed pixels agree with the integral over a beam's footprint") {
   // A strut along x, or a slit, before a wall, or before nothing. A beam is a bundle of rays,
   // normally distributed about its middle, of which the receiver takes one.
   const bool wall = GENERATE(false, true);
@@ -399,7 +399,7 @@ TEST_CASE("Struts, slits and mixed pixels are what the integral over a beam's fo
   for (const double aside : {-0.013, -0.009, -0.006, 0.0, 0.005, 0.0079, 0.011}) {
     for (const double range :
          {std::numeric_limits<double>::infinity(), strut_range + 0.004, wall_range - 0.01}) {
-      // Two beams alike, beside each other along the strut.
+      // Two equal beams, side by side along the strut.
       PreprocessedScan scan;
       for (const double along : {-0.005, 0.005}) {
         Beam beam;
@@ -437,7 +437,7 @@ TEST_CASE("Struts, slits and mixed pixels are what the integral over a beam's fo
   }
 }
 
-TEST_CASE("A slit that seems closed says nothing of its width") {
+TEST_CASE("A slit that seems closed has no information on its width") {
   // As seen by beams that come back from the wall behind it, the edges offset so that they meet.
   constexpr double half = 0.002;
   const double farther = GENERATE(0.0, 0.3);  // m, of one of its sides
@@ -550,7 +550,7 @@ TEST_CASE("The gradient for the surface's offsets is that of numeric differences
   }
 }
 
-TEST_CASE("The likelihood's tracking finds pose and joint, and knows how well") {
+TEST_CASE("The likelihood's tracking finds pose and joint, with a consistent covariance") {
   const Target target = hinged_target();
   const auto model = coarse_model(target);
   const LikelihoodTracking tracking(*model, nominal_beam, {});
@@ -592,7 +592,7 @@ TEST_CASE("Tracking from the other side of a panel that is seen edge on finds th
   }
 }
 
-TEST_CASE("What hides half of the target says nothing of it") {
+TEST_CASE("An occluder of half of the target adds no information on it") {
   const Target target = hinged_target();
   const auto model = coarse_model(target);
   const LikelihoodTracking tracking(*model, nominal_beam, {});
@@ -711,7 +711,7 @@ TEST_CASE("A return that is as bright as no face here is none of it") {
   CHECK(error_with(0.3) < 0.5 * unlit);
 }
 
-TEST_CASE("Two returns of a beam say where an edge is") {
+TEST_CASE("Two returns of a beam locate an edge") {
   // Two plates behind each other; edges of the front one part the light of wide beams.
   Mesh mesh = make_box({0.6, 0.6, 0.02});
   mesh.append(make_box({1.4, 1.2, 0.02}), {{0.1, 0, 0.7}, Quaterniond::Identity()});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A LIDAR that is worse, better or slower than it says.
+// A LIDAR that is worse, better or slower than its profile states.
 #include "test/catch.h"
 #include "test/estimator/fold_fixture.h"
 
@@ -28,15 +28,15 @@ int beams_in(const scan_request_t& request) {
 }  // namespace
 
 TEST_CASE("The noise is learnt from the returns, found and followed at a half and three times it") {
-  double sigma_as_said = 0;
+  double nominal_sigma = 0;
   for (const double factor : {1.0, 0.5, 3.0}) {
-    INFO(factor << " times the noise that the LIDAR says");
+    INFO(factor << " times the nominal noise");
     EstimatorSetup setup = test_setup();
     // The mesh is the surface and ranges are not biased, as here: else the pose's sigma is of that.
     setup.options.likelihood_tracking.bare_surface_sigma_m = 1e-4;
     setup.lidar.beam.range_bias_m = 0;
     Loopback run(std::move(setup));
-    run.lidar.footprint = true;  // as the profile says
+    run.lidar.footprint = true;  // as in the profile
     run.lidar.pose = start_pose;
     run.lidar.beam.range_sigma_m *= factor;
     run.lidar.beam.azimuth_sigma_rad *= factor;
@@ -47,11 +47,12 @@ TEST_CASE("The noise is learnt from the returns, found and followed at a half an
     const Estimate& e = run.last();
     CHECK(e.status == Estimate::OK);
     CHECK(noise_factor(run.output.durations.back()) == Approx(factor).epsilon(0.15));
-    const auto told = std::count(run.output.notes.begin(), run.output.notes.end(), "noise-differs");
-    CHECK(told == (factor == 1 ? 0 : 1));
+    const auto reports =
+        std::count(run.output.notes.begin(), run.output.notes.end(), "noise-differs");
+    CHECK(reports == (factor == 1 ? 0 : 1));
     const double sigma = std::sqrt(e.covariance[14]);  // along the boresight
-    if (factor == 1) sigma_as_said = sigma;
-    CHECK(sigma == Approx(factor * sigma_as_said).epsilon(0.4));
+    if (factor == 1) nominal_sigma = sigma;
+    CHECK(sigma == Approx(factor * nominal_sigma).epsilon(0.4));
     CHECK(distance(pose_of(e), start_pose) < 0.01 * factor);
   }
 }
@@ -68,7 +69,7 @@ TEST_CASE("Noise that grows while the target is tracked does not lose it") {
   CHECK(noise_factor(run.output.durations.back()) == Approx(3).epsilon(0.15));
 }
 
-TEST_CASE("Noise is believed within bounds, and as little as few returns say") {
+TEST_CASE("Learnt noise is bounded, and moves little with few returns") {
   BeamModel nominal;
   nominal.range_sigma_m = 0.01;
   NoiseScale noise(nominal, {0.3, 5});
@@ -84,15 +85,15 @@ TEST_CASE("Noise is believed within bounds, and as little as few returns say") {
   CHECK(noise.factor() == Approx(3));
   CHECK_FALSE(noise.update(0, 1000));  // a method that does not know
   CHECK(noise.factor() == Approx(3));
-  NoiseScale believed(nominal, {1, 1});
-  CHECK_FALSE(believed.update(9, 1000));
-  CHECK(believed.factor() == 1);
+  NoiseScale constant(nominal, {1, 1});
+  CHECK_FALSE(constant.update(9, 1000));
+  CHECK(constant.factor() == 1);
 }
 
-TEST_CASE("A slow scanner gets fewer beams a scan, unless a command says how many") {
+TEST_CASE("A slow scanner gets fewer beams a scan, unless a command states how many") {
   EstimatorSetup setup = test_setup();
   setup.lidar.rate_hz = 1000;
-  const auto most = static_cast<int>(1000 * setup.options.max_scan_time_s);
+  const auto max_beams = static_cast<int>(1000 * setup.options.max_scan_time_s);
   Loopback run(std::move(setup));
   run.lidar.pose = start_pose;
   run.lidar.rate_hz = 1000;
@@ -100,11 +101,11 @@ TEST_CASE("A slow scanner gets fewer beams a scan, unless a command says how man
   for (int i = 0; i < 4; ++i) REQUIRE(run.scan_once());
   REQUIRE(run.estimator.state().mode == State::TRACKING);
   CHECK(run.last().status == Estimate::OK);
-  CHECK(beams_in(run.output.requests.back()) <= 1.2 * most);
+  CHECK(beams_in(run.output.requests.back()) <= 1.2 * max_beams);
   estimator_command_t more = command(Command::TRACK, 2, 1);
   more.first_scan_id = run.estimator.state().scan_id + 1;
   more.returns_per_scan = 1000;
   run.send(more);
   REQUIRE(run.scan_once());
-  CHECK(beams_in(run.output.requests.back()) > 1.5 * most);
+  CHECK(beams_in(run.output.requests.back()) > 1.5 * max_beams);
 }

@@ -7,10 +7,10 @@ namespace berth::estimator {
 
 std::vector<ScanPacket> packets_of(const std::vector<RawBeam>& beams, std::int64_t scan_id,
                                    std::int64_t session) {
-  constexpr std::size_t most = 50;
+  constexpr std::size_t max_beams = 50;
   std::vector<ScanPacket> packets;
-  for (std::size_t start = 0; start == 0 || start < beams.size(); start += most) {
-    const std::size_t end = std::min(beams.size(), start + most);
+  for (std::size_t start = 0; start == 0 || start < beams.size(); start += max_beams) {
+    const std::size_t end = std::min(beams.size(), start + max_beams);
     ScanPacket p{};
     p.session = session;
     p.scan_id = scan_id;

@@ -31,7 +31,7 @@ EstimatorSetup rendezvous_setup() {
   return setup;
 }
 
-/// Follows a target that flies towards the sensor; what every estimate said beside the truth.
+/// Follows a target that flies towards the sensor; every estimate next to the truth.
 struct Flight {
   Loopback run;
   std::vector<Estimate> estimates;
@@ -81,7 +81,7 @@ double position_nees(const Estimate& e, const Pose& truth) {
 
 }  // namespace
 
-TEST_CASE("Ranges are told by how many beams fit on the target and whether it fits in view") {
+TEST_CASE("Ranges are distinguished by the beams on the target and whether it fits in view") {
   const RangeSwitch ranges(*replica_model(), rendezvous_lidar(), {});
   // 3 m under 0.17 mrad a hundred times; 40 degrees.
   CHECK(ranges.far() == Approx(176).margin(3));
@@ -106,7 +106,7 @@ TEST_CASE("A target that hovers at a boundary does not change ranges to and fro"
   }
 }
 
-TEST_CASE("Far away, position is as uncertain as it says, whatever the attitude") {
+TEST_CASE("Far away, the position's covariance is consistent, whatever the attitude") {
   const int beams = GENERATE(250, 2500);  // a score of returns, some hundreds
   const BeamModel beam_model = rendezvous_lidar().beam;
   const LongRange long_range(*replica_model(), beam_model, 60);
@@ -136,7 +136,7 @@ TEST_CASE("Far away, position is as uncertain as it says, whatever the attitude"
   CHECK(sigma < 0.2 * replica().length);
 }
 
-TEST_CASE("Some hundred returns tell the long axis, and the covariance of the attitude is honest") {
+TEST_CASE("Some hundred returns determine the long axis, with a consistent covariance") {
   const BeamModel beam_model = rendezvous_lidar().beam;
   const LongRange long_range(*replica_model(), beam_model, 60);
   Random random(8, "axis");

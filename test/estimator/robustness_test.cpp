@@ -136,7 +136,7 @@ TEST_CASE("The order of the points does not matter, nor that of their times") {
   check_same(f, f.estimate(beams), sorted.candidates.front().pose);
 }
 
-TEST_CASE("A cube and a cylinder: right but for their symmetry, or unsure") {
+TEST_CASE("A cube and a cylinder: right but for their symmetry, or ambiguous") {
   const std::vector<std::pair<const char*, Mesh>> shapes = {
       {"cube", make_box({1, 1, 1})}, {"cylinder", make_cylinder(0.4, 1.5, 64)}};
   for (const auto& [name, mesh] : shapes) {

@@ -22,7 +22,7 @@ class ScanMaker {
   Velocity velocity;                              ///< sensor frame
   std::int64_t utime = 1735689600000000;          ///< when the next beam is sent
   double rate_hz = 2000;
-  bool footprint = false;  ///< beams are as wide as the beam model says; else they are rays
+  bool footprint = false;  ///< beams have the width of the beam model; else they are rays
 
   /// Something else in the scene, fixed in the sensor frame. The nearer hit counts.
   void add_clutter(const Mesh& mesh) { scene_.add_clutter(mesh); }
@@ -40,7 +40,7 @@ class ScanMaker {
   Receiver receiver_;
 };
 
-/// The beam as the estimator believes it to be, where a test says nothing else.
+/// The beam model that the estimator assumes by default.
 inline const BeamModel nominal_beam;
 /// The replica and its compiled model, made once per test program, cached in the build directory.
 const Target& replica();
@@ -49,7 +49,7 @@ std::shared_ptr<const TargetModel> replica_model();
 std::shared_ptr<const TargetModel> cube_model();
 /// The paper's pose (section 5.3.1).
 extern const Pose paper_pose;
-/// A mesh of one part that somebody described: its surface is as its part says.
+/// A mesh of one described part, which gives the surface's properties.
 Target described(const Mesh& mesh);
 /// Compiled for methods that need no views of it.
 std::shared_ptr<const TargetModel> coarse_model(const Target& target);

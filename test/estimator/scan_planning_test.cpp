@@ -57,14 +57,14 @@ std::shared_ptr<const TargetModel> box_model(const Vector3d& size) {
   return compile_target_model(box, coarse);
 }
 
-/// No window asks for more beams than the scanner has steps in it.
+/// No window requests more beams than the scanner has steps in it.
 void check_steps(const std::vector<Window>& windows) {
   for (const Window& w : windows) {
     CHECK(w.width * w.height >= w.count * field.minimum_step * field.minimum_step);
   }
 }
 
-/// Root of the least trace of the covariance, with a weak prior for what no surface holds.
+/// Root of the minimum trace of the covariance, with a weak prior for what no surface holds.
 double rms_bound(const Matrix6d& information, double half_length) {
   const Matrix6d prior = Matrix6d::Identity() / std::pow(0.3 * half_length, 2);
   return std::sqrt((prior + information).llt().solve(Matrix6d::Identity()).trace());
@@ -108,7 +108,7 @@ TEST_CASE("Returns are shared out as the A-optimal design of known form") {
   CHECK(design.min_trace > 0.999 * design.trace);
 }
 
-TEST_CASE("A design says how far from the optimum it may be") {
+TEST_CASE("A design has a bound on its distance from the optimum") {
   Random random(3, "design");
   DesignProblem problem;
   problem.returns = 100;
@@ -169,7 +169,7 @@ TEST_CASE("Planned windows beat even ones with as many returns on every shape in
       int returns = 0;
       const double planned =
           rms_bound(scan_information(view, windows, &returns), model->canonical.half_length);
-      CHECK(returns > 0.4 * beams);  // beams past an edge tell, too
+      CHECK(returns > 0.4 * beams);  // beams past an edge are informative, too
       Window everywhere = planner.around({pose}, 0, 10000).front();
       int of_many = 0;
       scan_information(view, {everywhere}, &of_many);
@@ -320,7 +320,7 @@ TEST_CASE("Whatever of the target is in view is planned for") {
             .empty());
 }
 
-TEST_CASE("Returns of a patch that errs alike say no more together than the patch is known") {
+TEST_CASE("Returns of a patch with a common error are no more informative than the patch's sigma") {
   const auto model = box_model({2, 1, 0.5});
   PlannerOptions alike = planner_options;
   alike.bare_surface_sigma_m = 0.004;
@@ -337,21 +337,21 @@ TEST_CASE("Returns of a patch that errs alike say no more together than the patc
   CHECK(of_range(exact, 900) == Approx(900 * one).epsilon(0.01));
   // 1 / (noise^2 / n + surface^2) of each patch
   const double shared = 0.004 * 0.004 * one;
-  const double least = 900 * one / (1 + 900 * shared);
-  CHECK(of_range(erring, 900) > 0.99 * least);
+  const double lower_bound = 900 * one / (1 + 900 * shared);
+  CHECK(of_range(erring, 900) > 0.99 * lower_bound);
   CHECK(of_range(erring, 900) < 4.01 / (0.004 * 0.004));
   CHECK(of_range(erring, 1) == Approx(one / (1 + shared)).epsilon(0.01));
 }
 
-TEST_CASE("An edge tells of its place as many beams that return before it, or not") {
+TEST_CASE("An edge beam has the Fisher information of whether it returns") {
   const auto model = box_model({2, 1, 0.02});
   const ScanPlanner planner(*model, field, planner_options);
   const Pose pose{{0, 0, 6}, Quaterniond::Identity()};
   const PoseView view(*model, &planner.scene(), field.beam, planner_options, pose);
-  // About the middle of the right edge, 200 mm long and wide; more than the faces behind it say.
+  // About the middle of the right edge, 200 mm long and wide; the faces' information is subtracted.
   Window window{std::atan(1 / 6.0), 0, 0.2 / 6, 0.2 / 6, Pattern::raster, 1000, 0, ""};
   const PoseView faces(*model, nullptr, field.beam, planner_options, pose);
-  const Matrix6d told = scan_information(view, {window}) - scan_information(faces, {window});
+  const Matrix6d information = scan_information(view, {window}) - scan_information(faces, {window});
   // Beams at random places: Fisher information of a Bernoulli trial with p = Phi(d / width).
   const double width =
       std::hypot(0.25 * field.beam.footprint(6), 6 * std::sqrt(field.beam.angle_variance()));
@@ -364,11 +364,11 @@ TEST_CASE("An edge tells of its place as many beams that return before it, or no
     const double p = 0.5 * std::erfc(-z / std::sqrt(2.0));
     sum += density * density / (p * (1 - p)) / (width * width) / steps;
   }
-  CHECK(told(0, 0) == Approx(1000 * sum).epsilon(0.1));  // across the edge
-  CHECK(told(1, 1) < 0.01 * told(0, 0));                 // nothing along it
+  CHECK(information(0, 0) == Approx(1000 * sum).epsilon(0.1));  // across the edge
+  CHECK(information(1, 1) < 0.01 * information(0, 0));          // nothing along it
 }
 
-TEST_CASE("Every strategy brings the returns asked for, from windows inside the field of view") {
+TEST_CASE("Every strategy brings the requested returns, from windows inside the field of view") {
   const auto model = replica_model();
   const ScanPlanner planner(*model, {}, planner_options);
   const int strategy = GENERATE(range(0, 6));
@@ -384,10 +384,10 @@ TEST_CASE("Every strategy brings the returns asked for, from windows inside the 
   for (const Window& w : windows) {
     for (const RawBeam& beam : lidar.sweep(w)) hits += beam.status == BeamStatus::hit ? 1 : 0;
   }
-  const int wanted = dense ? 10000 : 1000;
-  CHECK(hits <= 1.3 * wanted);
+  const int requested = dense ? 10000 : 1000;
+  CHECK(hits <= 1.3 * requested);
   // A thin target far away leaves most of its windows empty: not more than ten times the beams.
-  if (beams_of(windows) < 9.9 * wanted) CHECK(hits >= 0.9 * wanted);
+  if (beams_of(windows) < 9.9 * requested) CHECK(hits >= 0.9 * requested);
 }
 
 TEST_CASE("Windows are put on regions of the strategy that can be seen") {
@@ -473,7 +473,7 @@ TEST_CASE("Strategies are known by the paper's names") {
   CHECK_FALSE(parse_scan_strategy("everywhere", strategy));
 }
 
-TEST_CASE("Beams on corners and edges go where they tell most of the pose") {
+TEST_CASE("Beams on corners and edges go where they are most informative on the pose") {
   const auto model = replica_model();
   const FieldOfView field;
   PlannerOptions informed = planner_options;

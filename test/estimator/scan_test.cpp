@@ -74,7 +74,7 @@ TEST_CASE("A beam that repeats another, whenever it comes, is one beam") {
   CHECK(scan.utime_mean == preprocess(once, {3, 7}, {}).utime_mean);
 }
 
-TEST_CASE("Second returns count where the scanner is said to tell them") {
+TEST_CASE("Second returns count where the scanner is configured to report them") {
   RawBeam both{10, 5, 0.1, 0.2, BeamStatus::hit, 0.01, 300, 6.5, 0.02, 200};
   RawBeam far = both;
   far.azimuth = 0.2;

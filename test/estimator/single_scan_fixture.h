@@ -36,7 +36,7 @@ struct SingleScanFixture {
 
   /// How far the model's surface in this pose is from its surface in the true one at most, of its
   /// length: small for a right pose, whatever symmetry the target has.
-  double misfit(const Pose& pose) const {
+  double max_residual(const Pose& pose) const {
     Pose to_truth = truth.inverse() * pose;
     to_truth.position /= scale;
     double worst = 0;
@@ -46,8 +46,8 @@ struct SingleScanFixture {
     }
     return worst / model->target.length;
   }
-  bool is_right(const Pose& pose) const { return misfit(pose) < 0.03; }
-  /// Says so and is wrong.
+  bool is_right(const Pose& pose) const { return max_residual(pose) < 0.03; }
+  /// Reports ok and is wrong.
   bool silently_wrong(const SingleScanResult& result) const {
     return result.status == SingleScanResult::Status::ok &&
            !is_right(result.candidates.front().pose);

@@ -50,7 +50,7 @@ TEST_CASE("From an initial pose the target is tracked, not acquired") {
   CHECK(f.is_right(result.candidates.front().pose));
 }
 
-TEST_CASE("From an initial pose that is wrong the target is acquired, and a note says so") {
+TEST_CASE("From a wrong initial pose the target is acquired, and a note reports it") {
   const SingleScanFixture f;
   const Pose initial = pose_from_xyzwpr({-900, 200, 9000, 0, 0, 90});
   const SingleScanResult result = f.estimate(f.scan(4000), initial);

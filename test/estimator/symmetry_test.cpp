@@ -40,7 +40,7 @@ TEST_CASE("The replica has no symmetry, but poses that look nearly like it") {
   const Symmetries& symmetries = replica_model()->symmetries;
   CHECK(symmetries.exact_count() == 1);
   CHECK_FALSE(symmetries.revolution);
-  // the half turn about the vertical axis, which only small things tell apart
+  // the half turn about the vertical axis, which only small features distinguish
   REQUIRE_FALSE(symmetries.motions.empty());
   const Quaterniond nearest = symmetries.motions.front().motion.rotation;
   CHECK(nearest.angularDistance(turn(Vector3d::UnitY(), 180).rotation) < radians(10));

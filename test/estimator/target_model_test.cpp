@@ -69,7 +69,7 @@ TEST_CASE("What is inside a closed hull is no visible surface, whatever the wind
   CHECK(surface.triangles.back() == outer - 1);
   for (const SurfaceSample& s : surface.samples) {
     REQUIRE(s.triangle < outer);
-    // the normal looks out, although the winding does not say so
+    // the normal looks out, whatever the winding
     REQUIRE(s.normal.dot(s.position) > 0);
     // half of the sphere sees a face
     REQUIRE(s.visible_from.size() > 50);
@@ -109,7 +109,7 @@ TEST_CASE("Closest points of the grid are those of the mesh") {
   double worst = 0;
   constexpr int count = 3000;
   for (int i = 0; i < count; ++i) {
-    // near the surface, where tracking asks
+    // near the surface, where tracking queries
     const auto& samples = model->surface.samples;
     const Vector3d q = samples[random.bits() % samples.size()].position.cast<double>() +
                        random.normal_vector(0.02);
@@ -129,7 +129,7 @@ TEST_CASE("Closest points of the grid are those of the mesh") {
   CHECK_FALSE(model->grid.refined(box.high + Vector3d::Constant(1), match));
 }
 
-TEST_CASE("Templates tell at which turn and shift a cloud was laid") {
+TEST_CASE("Templates find the turn and shift of a cloud") {
   const auto model = replica_model();
   const VoxelTemplates& templates = model->templates;
   const int turn = 17;

@@ -86,14 +86,14 @@ TEST_CASE("A window around the replica is enough") {
   CHECK(tally.right >= 37);
 }
 
-TEST_CASE("With few returns there may be doubt, but no silent error") {
+TEST_CASE("With few returns there may be ambiguity, but no silent error") {
   const Tally tally = acquire_random_attitudes(40, 1200, false, false);
   CAPTURE(tally.right, tally.ambiguous_with_truth, tally.not_found);
   CHECK(tally.silent_error == 0);
   CHECK(tally.right >= 20);
 }
 
-TEST_CASE("A target without a long axis is refused, and the reason says so") {
+TEST_CASE("A target without a long axis is refused with the reason") {
   const auto cube = cube_model();
   const VoxelTemplateAcquisition acquisition(*cube, beam_model, voxel_options);
   ScanMaker lidar(cube->target.mesh);

@@ -14,7 +14,7 @@ using namespace berth::evaluation;
 namespace {
 
 struct Settings {
-  double before_noise = 1;  // times what the estimates' covariance says
+  double before_noise = 1;  // as a multiple of the estimates' stated sigma
   double after_noise = 1;
   int first_good_after = 0;  // of the estimates
 };
@@ -87,15 +87,15 @@ TEST_CASE("A noisier estimator is worse, a quieter one better, in every phase") 
   CHECK(change_of({2, 1, 0}).verdict() == "better");
 }
 
-TEST_CASE("Chance alone is no difference") {
-  int alarms = 0;
+TEST_CASE("Noise alone is no difference") {
+  int flagged = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     evaluation::RunRecord before;
     evaluation::RunRecord after;
     const Change change = find_change({made_pair(before, after, {}, seed)}, 0.05);
-    if (change.verdict() != "no difference") ++alarms;
+    if (change.verdict() != "no difference") ++flagged;
   }
-  CHECK(alarms <= 3);  // 1 in 20 is what the level allows
+  CHECK(flagged <= 3);  // 1 in 20 is what the level allows
 }
 
 TEST_CASE("Estimates that are good no more are counted, not compared") {
@@ -120,7 +120,7 @@ TEST_CASE("Several runs are compared together") {
   CHECK(change.verdict() == "worse");
 }
 
-TEST_CASE("A change is told in text and JSON") {
+TEST_CASE("A change is reported in text and JSON") {
   const Change change = change_of({1, 2, 5});
   const std::string text = text_of(change, 0.05);
   CHECK(text.find("position_error rms") != std::string::npos);
@@ -153,7 +153,7 @@ TEST_CASE("what is better depends on what is measured") {
   CHECK(kind_of(completed_measurement, "value", 0.9, 1) == "better");
 }
 
-TEST_CASE("what a criterion takes off its value, and its limits, tell what is better") {
+TEST_CASE("a criterion's nominal value and limits decide what is better") {
   Config config = Config::parse(R"(
 criteria:
   - {name: in range, measurement: docking_range, statistic: final, nominal: 3.5 m, min: -30 mm, max: 30 mm}

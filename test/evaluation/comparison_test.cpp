@@ -40,7 +40,8 @@ const std::string made_procedure =
     "  - {name: z, measurement: z_error, statistic: mean, phase: go, min: 0 mm, max: 10 mm}\n"
     "  - {name: near, measurement: surface_range, statistic: min, min: 3 m}\n";
 
-/// A run wrong by 5 mm along z for 10 s, and what its engine would have said, but for `edit`.
+/// A run wrong by 5 mm along z for 10 s, and the verdict its engine would have given, but for
+/// `edit`.
 void write_run(const fs::path& path, std::int64_t other_session = 0, bool with_text = true,
                const std::function<void(procedure_state_t&)>& edit = {},
                const std::string& text = made_procedure) {
@@ -287,7 +288,7 @@ TEST_CASE("a log without a run is an error of the input") {
   CHECK_THROWS_AS(compare_log(folder.path / "none.lcm"), InputError);
 }
 
-TEST_CASE("a log cut off anywhere is judged as far as it goes, and says what is missing") {
+TEST_CASE("a log cut off anywhere is judged as far as it goes, and the missing part is reported") {
   TemporaryFolder folder;
   const fs::path whole = folder.path / "whole.lcm";
   const fs::path cut = folder.path / "cut.lcm";
@@ -315,7 +316,7 @@ TEST_CASE("a log cut off anywhere is judged as far as it goes, and says what is 
   CHECK(judged > 40);
 }
 
-TEST_CASE("a procedure that its message could not hold is read from beside the log") {
+TEST_CASE("a procedure too long for its message is read from the file next to the log") {
   TemporaryFolder folder;
   write_run(folder.path / "run.lcm", 0, false);
   CHECK(compare_log(folder.path / "run.lcm").criteria.empty());

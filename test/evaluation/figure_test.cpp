@@ -21,7 +21,7 @@ std::vector<Figure> figures_in(const std::string& chart) {
   return read_figures(config, read_criteria(config));
 }
 
-std::string complaint(const std::string& chart) {
+std::string error_of(const std::string& chart) {
   try {
     figures_in(chart);
   } catch (const InputError& e) {
@@ -85,9 +85,9 @@ TEST_CASE("a figure names what is drawn, over what, and whose limits") {
 TEST_CASE("a figure that cannot be drawn is refused by name") {
   const auto has = [](const std::string& chart, const std::string& words) {
     INFO(chart);
-    INFO(complaint(chart));
-    CHECK(complaint(chart).find(words) != std::string::npos);
-    CHECK(complaint(chart).find("p.yaml:") == 0);
+    INFO(error_of(chart));
+    CHECK(error_of(chart).find(words) != std::string::npos);
+    CHECK(error_of(chart).find("p.yaml:") == 0);
   };
   has("draw: [x_stop]", "found 'x_stop', expected measurements that are series, or x y z w p r");
   has("draw: [update_rate]", "found 'update_rate'");
@@ -116,7 +116,7 @@ TEST_CASE("a step is from the last estimate of a stretch to that of the next") {
     CHECK(turn == Approx(0).margin(1e-9));
 }
 
-TEST_CASE("no step is told over a stretch without an estimate") {
+TEST_CASE("no step is computed over a stretch without an estimate") {
   CHECK(shown(stepped(5, 2), "z_step").size() == 2);
   CHECK(shown(stepped(1, -1), "z_step").empty());
 }

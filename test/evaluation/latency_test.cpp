@@ -28,10 +28,11 @@ Pose swinging(double t, double speed) {
 }
 
 /// Estimates at 2 Hz of a world in which truth's clocks and mounts are off, with the noise that
-/// their covariance says. The estimator believes a velocity that is a little old, and holds what it
-/// measures back towards what it expects by that: by the share `pull`, or by `slip` along the
-/// target's long side alone.
-RunRecord swung(double speed, double delay, std::uint64_t seed, double pull = 0, double slip = 0) {
+/// their covariance states. The estimator assumes a velocity that is a little old, and holds what
+/// it measures back towards what it expects by that: by the share `shrinkage`, or by `sliding`
+/// along the target's long side alone.
+RunRecord swung(double speed, double delay, std::uint64_t seed, double shrinkage = 0,
+                double sliding = 0) {
   Random random(seed, "delays");
   RunRecord record;
   const Pose mount{random.normal_vector(1 * mm), rotation_from_vector(random.normal_vector(1e-3))};
@@ -49,9 +50,9 @@ RunRecord swung(double speed, double delay, std::uint64_t seed, double pull = 0,
     const Pose there = swinging(t - delay, speed);
     Pose seen = perturbed(there, noise);
     if (expected) {
-      Vector6d held = pull * difference(seen, *expected);
+      Vector6d held = shrinkage * difference(seen, *expected);
       const Vector3d side = seen.rotation * long_side;
-      held.head<3>() += slip * side * side.dot(expected->position - seen.position);
+      held.head<3>() += sliding * side * side.dot(expected->position - seen.position);
       seen = perturbed(seen, held);
     }
     Velocity velocity = velocity_between(swinging(t - delay - lag, speed), there, lag);
@@ -71,10 +72,11 @@ struct Covered {
   double half_width = 0;  // mean
 };
 
-Covered coverage(double speed, double delay, int runs, double pull = 0, double slip = 0) {
+Covered coverage(double speed, double delay, int runs, double shrinkage = 0, double sliding = 0) {
   Covered covered;
   for (int seed = 0; seed < runs; ++seed) {
-    const RunRecord record = swung(speed, delay, static_cast<std::uint64_t>(seed), pull, slip);
+    const RunRecord record =
+        swung(speed, delay, static_cast<std::uint64_t>(seed), shrinkage, sliding);
     const DelayFit fit =
         estimate_delay(Measurer(record, {}), *record.phase("go"), EstimatePose::measured).fit;
     covered.inside += std::abs(fit.delay - delay) <= fit.half_width ? 1 : 0;
@@ -94,7 +96,7 @@ void take(LatencyCollector& collector, const char* channel, const Message& messa
   collector.take(event);
 }
 
-/// Joint 1 to and fro; the arm is there so much later than it was told to.
+/// Joint 1 to and fro; the arm is there so much later than commanded.
 void move_arm(LatencyCollector& collector, const char* command_channel, const char* state_channel,
               double delay, Random& random) {
   const auto joint = [](double t) { return 0.1 * std::sin(0.7 * t); };
@@ -151,7 +153,7 @@ TEST_CASE("poses held back towards what was expected are not taken for late ones
   CHECK(slipping.half_width < 8e-3);
 }
 
-TEST_CASE("estimates that steered the arms tell no delay") {
+TEST_CASE("estimates that steered the arms give no delay") {
   RunRecord record = swung(0.2, 2e-3, 1);
   testbed_state_t state{};
   state.utime = made::start - second;
@@ -199,7 +201,7 @@ TEST_CASE("how far the arms are behind their set-points, and each other, comes f
   CHECK(clock.remark == "drift 20.0 ppm");
 }
 
-TEST_CASE("arms that stand tell no delay") {
+TEST_CASE("arms at rest give no delay") {
   LatencyCollector collector;
   arm_command_t command{};
   arm_state_t state{};
@@ -226,13 +228,13 @@ TEST_CASE("what comes after a run was judged is not in its verdict") {
   RunRecord record = swung(0.05, 0, 1);
   const verdict_basis_t judged = record.basis();
   const std::size_t before = record.estimates().size();
-  // late: true within the phase, heard after the verdict
+  // late: true within the phase, received after the verdict
   auto late = made::estimate(made::start + 39700 * millisecond, swinging(39.7, 0.05));
   late.seq = judged.estimate_seq + 1;
   record.add(late);
   record.add(made::truth(judged.truth_utime + 8000, swinging(41, 0.05)));
   CHECK(record.estimates().size() == before + 1);
-  record.keep_judged();  // nothing says that it was judged
+  record.keep_judged();  // no record of a judgement
   CHECK(record.estimates().size() == before + 1);
   SECTION("by the log") { record.add(judged); }
   SECTION("by an event, in logs that are older than VERDICT_BASIS") {

@@ -26,7 +26,7 @@ Velocity velocity_on(const Path& path, double t) {
   return velocity_between(path(t - 1e-4), path(t + 1e-4), 2e-4);
 }
 
-/// Truth at 125 Hz along the path and true estimates at 2 Hz, changed as told.
+/// Truth at 125 Hz along the path and true estimates at 2 Hz, changed by the test.
 RunRecord flown(const Path& path, double duration_s, const Change& change = {},
                 double truth_sigma_m = 1 * mm) {
   RunRecord record;
@@ -92,13 +92,13 @@ TEST_CASE("a time stamp wrong by a millisecond shows at 200 mm/s, whatever the o
   CHECK(std::abs(scans.value - 1 * mm) < 3 * scans.uncertainty);
 }
 
-TEST_CASE("on a steady course an offset of truth's could be a delay: that doubt is told") {
+TEST_CASE("on a steady course an offset of truth could be a delay: that uncertainty is reported") {
   const Measured m = measured(flown(straight_on, 20), "lidar_to_arms_delay");
   CHECK(m.value == Approx(0).margin(1e-4));
   CHECK(m.uncertainty == Approx(1 * mm / 0.2).epsilon(0.1));  // 1 mm at 200 mm/s
-  const Measured doubtful = measured(flown(straight_on, 20, {}, 10 * mm), "lidar_to_arms_delay");
-  CHECK(doubtful.uncertainty == Approx(10 * mm / 0.2).epsilon(0.1));
-  CHECK_THAT(doubtful.reason, Catch::Contains("needs motion of 9") && Catch::Contains("mm/s"));
+  const Measured uncertain = measured(flown(straight_on, 20, {}, 10 * mm), "lidar_to_arms_delay");
+  CHECK(uncertain.uncertainty == Approx(10 * mm / 0.2).epsilon(0.1));
+  CHECK_THAT(uncertain.reason, Catch::Contains("needs motion of 9") && Catch::Contains("mm/s"));
 }
 
 TEST_CASE("truth that is wrong in proportion to the way gone does not pretend to be a delay") {
@@ -198,14 +198,14 @@ TEST_CASE("consistency is judged by chi-square bounds") {
   CHECK(m.reason.find("chi-square bounds 5.7") != std::string::npos);
 }
 
-TEST_CASE("where truth is worse than the estimate, it cannot vouch for its covariance") {
+TEST_CASE("where truth is worse than the estimate, the NEES is uncertain") {
   const Measured good = measured(flown(resting, 20, {}, 0.1 * mm), "nees", Statistic::mean);
   const Measured bad = measured(flown(resting, 20, {}, 100 * mm), "nees", Statistic::mean);
   CHECK(good.uncertainty < 0.4);
   CHECK(bad.uncertainty > 1.5);
 }
 
-TEST_CASE("wrong estimates that say ok are counted, doubtful ones half") {
+TEST_CASE("wrong estimates with status ok are counted, uncertain ones half") {
   int count = 0;
   const auto sometimes = [&count](double by) {
     return [&count, by](double, pose_estimate_t& estimate) {
@@ -215,9 +215,9 @@ TEST_CASE("wrong estimates that say ok are counted, doubtful ones half") {
   CHECK(measured(flown(resting, 20, sometimes(1)), "silently_wrong").value == Approx(0.25));
   // A tenth of 3 m counts.
   CHECK(measured(flown(resting, 20, sometimes(0.25)), "silently_wrong").value == 0);
-  const Measured doubtful = measured(flown(resting, 20, sometimes(0.301)), "silently_wrong");
-  CHECK(doubtful.value == Approx(0.125));
-  CHECK(doubtful.uncertainty == Approx(0.0625));
+  const Measured uncertain = measured(flown(resting, 20, sometimes(0.301)), "silently_wrong");
+  CHECK(uncertain.value == Approx(0.125));
+  CHECK(uncertain.uncertainty == Approx(0.0625));
   // One that admits it is not silent.
   const auto honest = [&](double t, pose_estimate_t& estimate) {
     sometimes(1)(t, estimate);
@@ -279,7 +279,7 @@ TEST_CASE(
   info.attachment_count = 1;
   record.add(info);
   CHECK(measured(record, "achieved_position_error").value == Approx(50 * mm).epsilon(1e-3));
-  const auto tell = [&](double t, const std::string& text) {
+  const auto add_event = [&](double t, const std::string& text) {
     event_t event{};
     event.utime = made::start + utime_from_seconds(t);
     event.seq = event.utime;
@@ -297,22 +297,22 @@ TEST_CASE(
   };
   SECTION("as the testbed has measured it") {
     publish(9, 0.1);  // after all that is judged
-    tell(4, "500.0");
+    add_event(4, "500.0");
     publish(1, 0.39);
     CHECK(measured(record, "achieved_position_error").value == Approx(2 * mm).epsilon(1e-3));
     publish(3, 0.4);
     CHECK(measured(record, "achieved_position_error").value == Approx(0).margin(1e-6));
   }
   SECTION("as an event has it, in logs that are older than the message") {
-    tell(9, "100.0");
-    tell(1, "390.0");
+    add_event(9, "100.0");
+    add_event(1, "390.0");
     CHECK(measured(record, "achieved_position_error").value == Approx(2 * mm).epsilon(1e-3));
-    tell(3, "400.0");
+    add_event(3, "400.0");
     CHECK(measured(record, "achieved_position_error").value == Approx(0).margin(1e-6));
   }
 }
 
-TEST_CASE("a fault began when the simulated cell acknowledged its injection, whatever events say") {
+TEST_CASE("a fault begins with the simulated cell's acknowledgement, whatever the events") {
   RunRecord record = flown(resting, 20);
   const auto acknowledge = [&record](double t, std::int64_t seq) {
     injection_state_t state{};
@@ -332,7 +332,7 @@ TEST_CASE("a fault began when the simulated cell acknowledged its injection, wha
   record.add(injection);
   acknowledge(1, 0);
   CHECK(measured(record, "reaction_time").reason == "nothing was injected");
-  acknowledge(6, 1);  // said again
+  acknowledge(6, 1);  // repeated
   acknowledge(5, 1);
   CHECK(measured(record, "reaction_time").value == Approx(0.12));
   injection.seq = 2;
@@ -342,7 +342,7 @@ TEST_CASE("a fault began when the simulated cell acknowledged its injection, wha
   CHECK(measured(record, "reaction_time").value == Approx(0.12));
 }
 
-TEST_CASE("latency is what the estimator's node says of each estimate") {
+TEST_CASE("latency is what the estimator's node reports of each estimate") {
   RunRecord record = flown(resting, 20);
   CHECK(measured(record, "latency").reason.find("latency_us") != std::string::npos);
   for (int i = 0; i < 10; ++i) {

@@ -240,13 +240,13 @@ TEST_CASE("limits are judged in their units") {
 TEST_CASE("what cannot be decided is inconclusive") {
   const Vector6d error = error_of(0, 0, 13 * mm, 0, 0, 0);
   const RunRecord record = flown(error);
-  // Truth knows the error to 1 mm: 13 mm is within two sigmas of these limits.
+  // Truth's uncertainty of the error is 1 mm: 13 mm is within two sigmas of these limits.
   for (const char* limits : {"max: 14 mm", "max: 12 mm", "min: 12 mm", "min: 14 mm"}) {
     const auto result = judged(record, limits);
     CHECK(result.result == criterion_result_t::INCONCLUSIVE);
     CHECK(result.reason == "within truth's own uncertainty of the limit");
   }
-  // Truth good to 10 mm cannot vouch for 20 mm.
+  // Truth good to 10 mm cannot decide on 20 mm.
   CHECK(judged(flown(error, 10 * mm), "max: 20 mm").result == criterion_result_t::INCONCLUSIVE);
   CHECK(judged(record, "max: 20 mm, samples: 41").reason == "40 samples, 41 needed");
   CHECK(judged(record, "max: 20 mm, phase: third").reason == "phase 'third' did not run");
@@ -260,7 +260,7 @@ TEST_CASE("what cannot be decided is inconclusive") {
   CHECK(unmeasured.result == criterion_result_t::INCONCLUSIVE);
 }
 
-TEST_CASE("one failure fails, one doubt leaves doubt") {
+TEST_CASE("one failure fails, one inconclusive criterion leaves the verdict inconclusive") {
   const auto with = [](std::initializer_list<std::int8_t> results) {
     std::vector<criterion_result_t> list;
     for (const std::int8_t r : results) {

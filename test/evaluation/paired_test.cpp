@@ -60,7 +60,7 @@ Rates rates(int trials, std::size_t size, double shift, double correlation = 0, 
 
 // Standard error of a rate near 0.95 in 1,000 trials is 0.007, in 400 trials 0.011.
 
-TEST_CASE("An interval of a paired difference covers the truth as often as it says") {
+TEST_CASE("An interval of a paired difference has its nominal coverage") {
   const Rates few = rates(1000, 10, 0.3);
   CHECK(few.covered > 0.925);
   CHECK(few.covered < 0.98);
@@ -71,7 +71,7 @@ TEST_CASE("An interval of a paired difference covers the truth as often as it sa
   CHECK(skewed.covered > 0.91);
 }
 
-TEST_CASE("No difference raises false alarms at the stated rate, a known shift is found") {
+TEST_CASE("Without a difference the false positive rate is as stated; a known shift is found") {
   const Rates none = rates(1000, 20, 0);
   CHECK(none.found > 0.025);
   CHECK(none.found < 0.075);
@@ -82,7 +82,7 @@ TEST_CASE("No difference raises false alarms at the stated rate, a known shift i
 
 TEST_CASE("Pairs that hang together are drawn in blocks") {
   const Rates ignored = rates(300, 300, 0, 0.8, false, 1);
-  CHECK(ignored.found > 0.3);  // what happens to who takes them for independent
+  CHECK(ignored.found > 0.3);  // if they are taken for independent
   const Rates blocks = rates(300, 300, 0, 0.8, false, 0);
   CHECK(blocks.found < 0.11);
   CHECK(blocks.covered > 0.87);
@@ -147,8 +147,8 @@ TEST_CASE("What did not change is no difference, few pairs prove nothing") {
   CHECK(none.p_value == 1);
 }
 
-TEST_CASE("A difference far beyond chance is told from one that few pairs cannot prove") {
-  // Ten pairs can trade places in 1,024 ways; a hundred measurements ask for more.
+TEST_CASE("A significant difference is distinguished from one that few pairs cannot prove") {
+  // Ten pairs can trade places in 1,024 ways; a hundred measurements require more.
   Random random(17, "few");
   const auto p_of = [&random](double shift) {
     const Made made = made_pairs(random, 10, shift);
@@ -179,7 +179,7 @@ TEST_CASE("The same options give the same numbers") {
   CHECK(paired_difference(Statistic::mean, made.before, made.after, options).low != first.low);
 }
 
-TEST_CASE("Holm's adjustment keeps the rate of any false alarm among many tests") {
+TEST_CASE("Holm's adjustment keeps the family-wise alpha") {
   const auto adjusted = holm({0.01, 0.04, 0.03, 0.005});
   CHECK(adjusted[3] == Approx(0.02));
   CHECK(adjusted[0] == Approx(0.03));
@@ -189,13 +189,13 @@ TEST_CASE("Holm's adjustment keeps the rate of any false alarm among many tests"
   CHECK(holm({std::numeric_limits<double>::quiet_NaN(), 0.02})[1] == Approx(0.02));
 
   Random random(13, "families");
-  int alarms = 0;
+  int flagged = 0;
   for (int family = 0; family < 1000; ++family) {
     std::vector<double> p(20);
     for (double& value : p) value = random.uniform();
     const auto of_family = holm(p);
-    if (*std::min_element(of_family.begin(), of_family.end()) < 0.05) ++alarms;
+    if (*std::min_element(of_family.begin(), of_family.end()) < 0.05) ++flagged;
   }
-  CHECK(alarms > 25);
-  CHECK(alarms < 75);
+  CHECK(flagged > 25);
+  CHECK(flagged < 75);
 }

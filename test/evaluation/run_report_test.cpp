@@ -178,7 +178,7 @@ TEST_CASE("several runs are compared side by side with links to their own report
   CHECK_THROWS_AS(write_report(runs, folder / "none/both.html"), InputError);
 }
 
-TEST_CASE("returns are told apart by which side of the surface they lie on", "[report]") {
+TEST_CASE("returns are distinguished by their side of the surface", "[report]") {
   const Mesh plate = make_box(Vector3d(2, 2, 0.01));
   const RayCaster caster(plate);
   const Pose at{Vector3d(0, 0, 5), Quaterniond::Identity()};

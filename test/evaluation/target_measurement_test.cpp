@@ -56,7 +56,7 @@ std::vector<TrueReturn> scans(const Target& truth, std::uint64_t seed, double bi
     const Pose pose{{0, 0, 4}, turn};
     Vector6d error;
     error << random.normal_vector(1e-3), random.normal_vector(2e-4);
-    const Pose told = perturbed(pose, error);
+    const Pose reported = perturbed(pose, error);
     const Pose sensor = pose.inverse();
     for (int i = 0; i < 5000; ++i) {
       TrueReturn seen;
@@ -72,7 +72,7 @@ std::vector<TrueReturn> scans(const Target& truth, std::uint64_t seed, double bi
       seen.run = run;
       seen.power = truth.part(hit.triangle).material.reflectivity * cosine *
                    std::pow(settings().full_scale_range / hit.range, 2);
-      seen.pose = told;
+      seen.pose = reported;
       seen.covariance = covariance;
       returns.push_back(seen);
     }
@@ -106,7 +106,7 @@ TEST_CASE("a world's surfaces, reflectivities and joint angle are found") {
   CHECK(std::abs(found[1].joint_angle->value - truth.parts[1].angle) < radians(1));
 }
 
-TEST_CASE("a rigid surface is not taken for soft because truth errs") {
+TEST_CASE("a rigid surface is not taken for soft because of truth's error") {
   const Target target = body_with_panel(0.0003, 0.1, 0.0003, 0.1);
   TargetDepartures departures;
   departures.surface = 1;
@@ -140,7 +140,7 @@ TEST_CASE("a run's range bias is not taken for a surface, nor for a joint's angl
   CHECK(std::abs(error) < 4 * found[1].joint_angle->sigma);
 }
 
-TEST_CASE("a part that was not seen says so") {
+TEST_CASE("a part that was not seen is reported as such") {
   const Target target = body_with_panel();
   const auto found = measure_parts(target, {}, settings());
   REQUIRE(found.size() == 2);
@@ -148,7 +148,7 @@ TEST_CASE("a part that was not seen says so") {
   CHECK_THAT(found[1].note, Catch::Contains("too few returns"));
 }
 
-TEST_CASE("how a departure depends on truth's error, range and joint is what differences say") {
+TEST_CASE("derivatives of a departure by truth's error, range and joint agree with differences") {
   const Joint joint{Vector3d(1, 2, -1).normalized(), {0.3, -0.2, 0.1}, -1, 1, 0};
   TrueReturn seen;
   seen.origin = {0.1, -0.05, 0.02};

@@ -93,7 +93,7 @@ TEST_CASE("an estimate that shows the same target is as right as the one nearest
     estimate.linear_velocity_m_s[2] = -0.02;
     estimate.angular_velocity_rad_s[2] = radians(1.0);
     plain.add(estimate);
-    // The same knowledge of the same body, told of another point of it.
+    // The same pose and covariance of the same body, expressed at another point of it.
     pose_estimate_t other = estimate_off(i, error, motion);
     const Vector3d lever = Vector3d::Map(other.position_m) - Vector3d::Map(estimate.position_m);
     Matrix6d jacobian = Matrix6d::Identity();
@@ -134,14 +134,14 @@ TEST_CASE("an estimator that goes over to an equal pose makes no step") {
   CHECK(measured_on_target(record, "attitude_step_error", Statistic::peak).value < 1e-6);
 }
 
-TEST_CASE("a symmetry that cannot be read is told and not gone by") {
+TEST_CASE("an unreadable symmetry is reported and not used") {
   std::string why;
   const RunRecord record = flown_with("motions: all\n");
   CHECK(symmetry_of_run(*record.info(), &why).trivial());
   CHECK_THAT(why, Catch::Contains("symmetry.yaml in RUN_INFO"));
 }
 
-TEST_CASE("the residual is of the returns and the surface, whatever the estimator says of it") {
+TEST_CASE("the residual is of the returns and the surface, whatever the estimator reports") {
   Target target;
   target.mesh = make_box({2, 1, 0.7});
   const NearestPoint surface = nearest_point_on(target);

@@ -68,7 +68,7 @@ TEST_CASE("a new target never takes the place of one that is there") {
   CHECK(read_file(directory.path() / "sat/target.yaml") == "mine");
 }
 
-TEST_CASE("a description is shown, and what may be wrong with it is said") {
+TEST_CASE("a description is shown with its validation notes") {
   TemporaryDirectory directory;
   made(directory, obj);
   const auto file = directory.path() / "sat/target.yaml";
@@ -98,7 +98,7 @@ TEST_CASE("a description is shown, and what may be wrong with it is said") {
                       Contains("prefer (green stripes)") && Contains("turns -10 to 30 deg"));
 }
 
-TEST_CASE("what was measured takes its places, and all else stays") {
+TEST_CASE("measured values replace their keys, and all else stays") {
   const std::string yaml =
       "# mine\nmesh: a.obj\nlength: 3 m\ndefault_part: {reflectivity: 0.5}  # paint\nparts:\n"
       "  bus:\n    # crinkled\n    group: bus\n    surface_sigma: 8 mm   # a guess\n"

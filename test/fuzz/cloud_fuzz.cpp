@@ -31,8 +31,8 @@ void check(const Cloud& cloud) {
 
 }  // namespace
 
-/// The first byte says what the rest is: 'x' XYZ, 'p' PCD, 'l' PLY, 't' PTX; capital: its times are
-/// in ns. test/fuzz/corpus/cloud has some of each.
+/// The first byte selects the format of the rest: 'x' XYZ, 'p' PCD, 'l' PLY, 't' PTX; capital: its
+/// times are in ns. test/fuzz/corpus/cloud has some of each.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 1) return 0;
   CloudOptions options;

@@ -26,7 +26,7 @@ void require(bool holds) {
   if (!holds) std::abort();
 }
 
-/// Every event is played once, in order, when the timeline says.
+/// Every event is played once, in order, at the timeline's time.
 void play(const std::string& path, Utime duration) {
   const LogIndex index(path);
   std::size_t played = 0;
@@ -41,8 +41,8 @@ void play(const std::string& path, Utime duration) {
   require(played == index.size());
 }
 
-/// Every byte of a file is in an event or told as damage, in order; each event has a place on the
-/// timeline, and its channel a name for a file.
+/// Every byte of a file is in an event or reported as damage, in order; each event has a place on
+/// the timeline, and its channel a name for a file.
 void read_as_log(const std::uint8_t* data, std::size_t size) {
   static const std::string path = "/dev/shm/berth-log-fuzz-" + std::to_string(getpid());
   std::FILE* file = std::fopen(path.c_str(), "wb");
@@ -75,7 +75,7 @@ void read_as_log(const std::uint8_t* data, std::size_t size) {
   if (usual) play(path, timeline.duration());
 }
 
-/// Whatever decodes can be told as JSON; damaged bytes give nothing.
+/// Whatever decodes can be written as JSON; damaged bytes give nothing.
 void decode_as_message(const std::uint8_t* data, std::size_t size) {
   static const TypeCatalogue types = [] {
     TypeCatalogue t;

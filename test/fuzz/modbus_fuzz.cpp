@@ -17,7 +17,7 @@ using namespace berth;
 namespace {
 
 constexpr const char* device = "127.0.0.1:50299";
-constexpr const char* server_address = "127.0.0.1:50298";  // dialled by nobody
+constexpr const char* server_address = "127.0.0.1:50298";  // never dialled
 
 void run_until(ProcessLoop& loop, const std::function<bool()>& done) {
   while (!done()) {
@@ -43,13 +43,13 @@ void fuzz_server(const std::uint8_t* data, std::size_t size) {
   run_until(loop, [] { return server.connections() == 0; });
 
   // Every answer is a sound frame.
-  std::vector<std::uint8_t> heard(1 << 20);
-  const ssize_t got = recv(peer.fd(), heard.data(), heard.size(), MSG_DONTWAIT);
-  heard.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
-  for (std::size_t i = 0; i < heard.size();) {
-    if (heard.size() - i < 9) std::abort();
-    const std::size_t length = static_cast<std::size_t>(heard[i + 4]) << 8 | heard[i + 5];
-    if (length < 3 || length > 254 || i + 6 + length > heard.size()) std::abort();
+  std::vector<std::uint8_t> received(1 << 20);
+  const ssize_t got = recv(peer.fd(), received.data(), received.size(), MSG_DONTWAIT);
+  received.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
+  for (std::size_t i = 0; i < received.size();) {
+    if (received.size() - i < 9) std::abort();
+    const std::size_t length = static_cast<std::size_t>(received[i + 4]) << 8 | received[i + 5];
+    if (length < 3 || length > 254 || i + 6 + length > received.size()) std::abort();
     i += 6 + length;
   }
 }
@@ -57,25 +57,25 @@ void fuzz_server(const std::uint8_t* data, std::size_t size) {
 void fuzz_link(const std::uint8_t* data, std::size_t size) {
   static ProcessLoop loop(0);
   static std::vector<std::uint8_t> answer;
-  static const bool listens = [] {
+  static const bool is_listening = [] {
     loop.sockets().listen(device, [](const Socket& socket) { socket.write(answer); });
     return true;
   }();
-  answer.assign(data, data + (listens ? size : 0));
+  answer.assign(data, data + (is_listening ? size : 0));
   int answers = 0;
-  ModbusTcpLink* asking = nullptr;
+  ModbusTcpLink* client = nullptr;
   ModbusTcpLink link(loop, {device, 1, second}, [&](bool up, const std::string&) {
     if (!up) return;
-    asking->read_registers(1, 3, [&](const RegisterAnswer& given) {
+    client->read_registers(1, 3, [&](const RegisterAnswer& given) {
       ++answers;
       if (given.ok() && given.words.size() != 3) std::abort();
     });
-    asking->read_coils(1, 9, [&](const RegisterAnswer& given) {
+    client->read_coils(1, 9, [&](const RegisterAnswer& given) {
       ++answers;
       if (given.ok() && given.bits.size() != 9) std::abort();
     });
   });
-  asking = &link;
+  client = &link;
   run_until(loop, [&] { return answers >= 2; });
 }
 

@@ -137,7 +137,7 @@ TEST_CASE("channels whose names differ in a sign have tables of their own; one t
     names[file.channel] = file.path.filename().string();
   }
   CHECK(read_file(out.path() / "a b.csv") == "of somebody else");
-  CHECK(names["a_b"] == "a_b-2.csv");  // "A_B" came first; a file system may not tell them apart
+  CHECK(names["a_b"] == "a_b-2.csv");  // "A_B" came first; a file system may not distinguish them
   CHECK(names["A_B"] == "A_B.csv");
   CHECK(names["a/b"] == "a_b-3.csv");
   CHECK(names["../up"] == "_._up.csv");
@@ -207,7 +207,7 @@ TEST_CASE("scans as clouds come back with their points, times and all") {
   CHECK(text.find("intensity") != std::string::npos);
 }
 
-TEST_CASE("both returns of a beam are points, with all that is said of them") {
+TEST_CASE("both returns of a beam are points, with all their fields") {
   const auto format = GENERATE(CloudFormat::pcd, CloudFormat::ply);
   TemporaryFile log;
   TemporaryDirectory out;
@@ -232,7 +232,7 @@ TEST_CASE("both returns of a beam are points, with all that is said of them") {
   CHECK(cloud.beams[0].range > 5.05);
 }
 
-TEST_CASE("scans of the older type are those of today with less said") {
+TEST_CASE("scans of the older type are those of today with fewer fields") {
   scan_packet_t older{};
   older.utime = made::start;
   older.session = made::session;

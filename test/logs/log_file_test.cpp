@@ -157,7 +157,7 @@ TEST_CASE("a broken header loses its own event and no other") {
   CHECK(reader.damaged_bytes() == event_bytes);
 }
 
-TEST_CASE("a length that says too little hands out the beginning, and no other event is lost") {
+TEST_CASE("a length that is too small hands out the beginning, and no other event is lost") {
   TemporaryFile file;
   write_log(file.path, 50);
   auto bytes = bytes_of(file.path);
@@ -219,7 +219,7 @@ TEST_CASE("empty files and files that are no log end at once") {
   CHECK_THROWS_AS(LogReader(fs::temp_directory_path()), InputError);
 }
 
-TEST_CASE("bytes that are not the message asked for decode to nothing") {
+TEST_CASE("bytes that are not the requested message decode to nothing") {
   heartbeat_t heartbeat{};
   heartbeat.node = "a";
   std::vector<std::uint8_t> bytes(static_cast<std::size_t>(heartbeat.getEncodedSize()));

@@ -61,7 +61,7 @@ TEST_CASE("a whole log is sound, with its channels, types, rates and sessions") 
   CHECK(text_of(i).find("heartbeat_t") != std::string::npos);
 }
 
-TEST_CASE("messages that never came are told per channel and sender, and where") {
+TEST_CASE("missing messages are reported per channel and sender, with their place") {
   TemporaryFile file;
   write_beats(file.path, {50, 51});
   const Inspection i = inspect(file.path, our_types());
@@ -77,7 +77,7 @@ TEST_CASE("messages that never came are told per channel and sender, and where")
   CHECK(i.findings[2].channel == "GROUND_TRUTH");
 }
 
-TEST_CASE("damage anywhere in a log costs the message it hit, is told, and is mended by repair") {
+TEST_CASE("damage anywhere in a log costs the message it hit, is reported, and is repaired") {
   TemporaryFile file;
   write_beats(file.path);
   const auto good = bytes_of(file.path);
@@ -114,7 +114,7 @@ TEST_CASE("damage anywhere in a log costs the message it hit, is told, and is me
       CHECK(r.written == 299);
       CHECK(r.damaged_bytes == begins[hit + 1] - begins[hit]);
       CHECK(after.sound(false));
-      CHECK(after.missing_events == 1);  // the numbers still tell
+      CHECK(after.missing_events == 1);  // the sequence numbers still show it
     } else if (what == 2) {
       CHECK(i.undecodable() == 1);
       CHECK(r.written == 299);
@@ -167,7 +167,7 @@ TEST_CASE("a damaged event number, a late one and a restart are no gaps") {
   CHECK(restarted.missing() == 0);
 }
 
-TEST_CASE("an excerpt has the channels and the time asked for") {
+TEST_CASE("an excerpt has the requested channels and time") {
   TemporaryFile file;
   write_beats(file.path);
   const auto written = [&](const Excerpt& excerpt) {

@@ -191,9 +191,9 @@ class Reader {
     Cursor c(r.content);
     const auto channel = c.number<std::uint16_t>();
     Cursor entries(c.text());
-    const auto& wanted = pending_index_[channel];
-    expect(entries.left() == wanted.size() * 16 && !wanted.empty(), "size of a message index");
-    for (const auto& [time, offset] : wanted) {
+    const auto& expected = pending_index_[channel];
+    expect(entries.left() == expected.size() * 16 && !expected.empty(), "size of a message index");
+    for (const auto& [time, offset] : expected) {
       expect(entries.number<std::uint64_t>() == time, "time in a message index");
       expect(entries.number<std::uint64_t>() == offset, "offset in a message index");
     }

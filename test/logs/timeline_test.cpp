@@ -52,26 +52,26 @@ std::vector<Event> operator+(std::vector<Event> a, const std::vector<Event>& b) 
   return a;
 }
 
-struct Laid {
-  explicit Laid(const std::vector<Event>& events) {
+struct PlacedLogs {
+  explicit PlacedLogs(const std::vector<Event>& events) {
     {
       LogWriter writer(file.path);
       for (const Event& e : events) writer.write(e.utime, e.channel, e.data);
     }
-    lay();
+    place_events();
   }
   /// Logs written one after the other into one file.
-  explicit Laid(const std::vector<std::vector<Event>>& logs) {
+  explicit PlacedLogs(const std::vector<std::vector<Event>>& logs) {
     std::vector<std::uint8_t> bytes;
     for (const auto& events : logs) {
-      const Laid one(events);
+      const PlacedLogs one(events);
       const auto more = bytes_of(one.file.path);
       bytes.insert(bytes.end(), more.begin(), more.end());
     }
     overwrite(file.path, bytes);
-    lay();
+    place_events();
   }
-  void lay() {
+  void place_events() {
     LogReader reader(file.path);
     timeline.emplace(reader);
     Timeline::Walker walker(*timeline);
@@ -90,7 +90,7 @@ struct Laid {
 
 TEST_CASE("a log whose clock was left alone has the times that it was received at", "[timeline]") {
   const auto events = beats(made::start, 1, 100) + even(made::start + 5 * second, 50);
-  const Laid log(events);
+  const PlacedLogs log(events);
   CHECK(log.steps().empty());
   CHECK(log.timeline->start() == made::start);
   for (std::size_t i = 0; i < events.size(); ++i) {
@@ -105,7 +105,7 @@ TEST_CASE("a log whose clock was left alone has the times that it was received a
 
 TEST_CASE("a clock that was set back costs no time", "[timeline]") {
   const Utime by = GENERATE(second / 2, 30 * second, 10 * 365 * 24 * hour);
-  const Laid log(even(made::start, 100) + even(made::start + second - by, 100));
+  const PlacedLogs log(even(made::start, 100) + even(made::start + second - by, 100));
   REQUIRE(log.steps().size() == 1);
   const TimeStep& step = log.steps()[0];
   CHECK(step.kind == TimeStep::Kind::back);
@@ -117,52 +117,54 @@ TEST_CASE("a clock that was set back costs no time", "[timeline]") {
   CHECK_THAT(step.text(), Catch::StartsWith("at 0.990 s, event 100: the clock was set back by "));
 }
 
-TEST_CASE("heartbeats tell a clock that was set ahead from a silence", "[timeline]") {
+TEST_CASE("heartbeats distinguish a clock that was set ahead from a silence", "[timeline]") {
   const Utime silence = GENERATE(2 * second, hour, 50 * 365 * 24 * hour);
   const auto before = beats(made::start, 1, 40);
   // They go on counting as if nothing had been:
-  const Laid set(before + beats(before.back().utime + silence, 41, 40));
+  const PlacedLogs set(before + beats(before.back().utime + silence, 41, 40));
   REQUIRE(set.steps().size() == 1);
   CHECK(set.steps()[0].kind == TimeStep::Kind::ahead);
   CHECK(set.steps()[0].event == 40);
   CHECK(set.positions[60] == set.positions[39] + second);
   // As many of them are missing as fit into it:
-  const Laid silent(before +
-                    beats(before.back().utime + silence, 40 + silence / (second / 20), 40));
+  const PlacedLogs silent(before +
+                          beats(before.back().utime + silence, 40 + silence / (second / 20), 40));
   CHECK(silent.steps().empty());
   CHECK(silent.positions[40] == silent.positions[39] + silence);
 }
 
-TEST_CASE("without heartbeats only a silence that chance cannot make is a step", "[timeline]") {
+TEST_CASE("without heartbeats only a significantly long silence is a step", "[timeline]") {
   const auto before = even(made::start, 100);
   const auto after = [&](Utime silence) { return even(before.back().utime + silence, 100); };
-  CHECK(Laid(before + after(hour)).steps().size() == 1);
-  CHECK(Laid(before + after(hour)).positions[150] == 1490 * millisecond);
-  CHECK(Laid(before + after(30 * second)).steps().empty());  // nobody minds
+  CHECK(PlacedLogs(before + after(hour)).steps().size() == 1);
+  CHECK(PlacedLogs(before + after(hour)).positions[150] == 1490 * millisecond);
+  CHECK(PlacedLogs(before + after(30 * second)).steps().empty());  // no step
   // Two of one size do not excuse each other.
-  CHECK(Laid(before + after(hour) + even(before.back().utime + 2 * hour, 100)).steps().size() == 2);
+  CHECK(
+      PlacedLogs(before + after(hour) + even(before.back().utime + 2 * hour, 100)).steps().size() ==
+      2);
   // A log that is silent again and again is like that.
   std::vector<Event> bursts;
   for (int i = 0; i < 30; ++i) bursts = bursts + even(made::start + i * 300 * second, 20);
-  CHECK(Laid(bursts).steps().empty());
-  CHECK(Laid(bursts).timeline->duration() == 29 * 300 * second + 190 * millisecond);
-  // Of a few events nobody knows how they come.
+  CHECK(PlacedLogs(bursts).steps().empty());
+  CHECK(PlacedLogs(bursts).timeline->duration() == 29 * 300 * second + 190 * millisecond);
+  // A few events are too few to estimate their rate.
   const std::vector<Event> few = {
       {made::start}, {made::start + 10 * second}, {made::start + 200 * second}};
-  CHECK(Laid(few).steps().empty());
+  CHECK(PlacedLogs(few).steps().empty());
 }
 
 TEST_CASE("logs that were joined follow each other, parts of one log go on", "[timeline]") {
-  const Laid days(std::vector{even(made::start, 100), even(made::start + 24 * hour, 100)});
+  const PlacedLogs days(std::vector{even(made::start, 100), even(made::start + 24 * hour, 100)});
   REQUIRE(days.steps().size() == 1);
   CHECK(days.steps()[0].kind == TimeStep::Kind::joined);
   CHECK(days.positions[150] == 1490 * millisecond);
   CHECK_THAT(days.steps()[0].text(),
              Catch::EndsWith("another recording follows, 86399.010 s later"));
-  const Laid turned(std::vector{even(made::start, 100), even(made::start - 24 * hour, 100)});
+  const PlacedLogs turned(std::vector{even(made::start, 100), even(made::start - 24 * hour, 100)});
   REQUIRE(turned.steps().size() == 1);
   CHECK(turned.steps()[0].kind == TimeStep::Kind::joined);
-  const Laid split(std::vector{even(made::start, 100), even(made::start + second, 100)});
+  const PlacedLogs split(std::vector{even(made::start, 100), even(made::start + second, 100)});
   CHECK(split.steps().empty());
   CHECK(split.positions[150] == 1500 * millisecond);
 }
@@ -173,7 +175,7 @@ TEST_CASE("a single time that is out of line is no step", "[timeline]") {
   events[40].utime = 5;
   events[60].utime = std::numeric_limits<Utime>::max();
   events[80].utime -= 30 * millisecond;
-  const Laid log(events);
+  const PlacedLogs log(events);
   CHECK(log.steps().empty());
   for (std::size_t i = 0; i < events.size(); ++i) {
     CHECK(std::abs(log.positions[i] - static_cast<Utime>(i) * 10 * millisecond) <=
@@ -182,29 +184,29 @@ TEST_CASE("a single time that is out of line is no step", "[timeline]") {
 }
 
 TEST_CASE("no time is too far away", "[timeline]") {
-  constexpr Utime least = std::numeric_limits<Utime>::min();
-  constexpr Utime most = std::numeric_limits<Utime>::max();
-  CHECK(elapsed(least, most) == most);
-  CHECK(elapsed(most, least) == least);
-  CHECK(later(most, 1) == most);
-  const std::vector<Event> far = {{least}, {most},  {0},        {most},
-                                  {least}, {least}, {most - 1}, {most}};
-  const Laid log(far);
+  constexpr Utime min_time = std::numeric_limits<Utime>::min();
+  constexpr Utime max_time = std::numeric_limits<Utime>::max();
+  CHECK(elapsed(min_time, max_time) == max_time);
+  CHECK(elapsed(max_time, min_time) == min_time);
+  CHECK(later(max_time, 1) == max_time);
+  const std::vector<Event> far = {{min_time}, {max_time},     {0},       {max_time}, {min_time},
+                                  {min_time}, {max_time - 1}, {max_time}};
+  const PlacedLogs log(far);
   CHECK(log.positions.front() == 0);
-  const Laid negative(even(-3600 * second, 50));
+  const PlacedLogs negative(even(-3600 * second, 50));
   CHECK(negative.positions.back() == 490 * millisecond);
-  CHECK(Laid(std::vector<Event>{}).timeline->empty());
-  CHECK(Laid(even(7, 1)).timeline->duration() == 0);
+  CHECK(PlacedLogs(std::vector<Event>{}).timeline->empty());
+  CHECK(PlacedLogs(even(7, 1)).timeline->duration() == 0);
 }
 
 TEST_CASE("a time that was there twice has two places", "[timeline]") {
-  const Laid log(even(made::start, 1000) + even(made::start + 5 * second, 1000));
+  const PlacedLogs log(even(made::start, 1000) + even(made::start + 5 * second, 1000));
   REQUIRE(log.steps().size() == 1);
   const Utime twice = made::start + 7 * second;
   CHECK(log.timeline->first_position_of(twice) == 7 * second);
   CHECK(log.timeline->last_position_of(twice) == 9990 * millisecond + 2 * second);
   // One that was skipped: from the event after it, up to the one before.
-  const Laid ahead(even(made::start, 100) + even(made::start + hour, 100));
+  const PlacedLogs ahead(even(made::start, 100) + even(made::start + hour, 100));
   CHECK(ahead.timeline->first_position_of(made::start + 60 * second) == 990 * millisecond);
   CHECK(ahead.timeline->last_position_of(made::start + 60 * second) == 990 * millisecond);
 }

@@ -152,7 +152,7 @@ TEST_CASE("sizes that nothing could hold end at once") {
   CHECK_FALSE(decode_value(type, bytes));
 }
 
-TEST_CASE("units come from names, and from comments where the name tells none") {
+TEST_CASE("units come from names, and from comments where the name has none") {
   CHECK(unit_of("utime", "") == "us");
   CHECK(unit_of("lease_utime_expires", "") == "us");
   CHECK(unit_of("position_m", "") == "m");

@@ -31,7 +31,7 @@ CheckReport check_text(const std::string& text) {
 }
 
 /// The lines that matter, one per finding.
-std::string said(const CheckReport& report) {
+std::string findings_of(const CheckReport& report) {
   std::string text;
   for (const Finding& finding : report.findings) {
     if (finding.severity != Severity::note) text += text_of(finding) + "\n";
@@ -54,8 +54,8 @@ TEST_CASE("every procedure shipped checks without error or warning") {
   for (const std::filesystem::path& file : shipped) {
     const Procedure procedure = load_procedure(file);
     const CheckReport report = check_procedure(procedure, setup_for(procedure));
-    INFO(said(report));
-    CHECK(said(report).empty());
+    INFO(findings_of(report));
+    CHECK(findings_of(report).empty());
     CHECK(report.duration > 0);
     CHECK(report.steps.size() == procedure.steps.size() + procedure.teardown.size());
   }
@@ -69,7 +69,7 @@ steps:
   - move: {to: [0, 0, 4500, 0, 0, 0], speed: 50 mm/s}
   - wait: 7 s
 )");
-  INFO(said(report));
+  INFO(findings_of(report));
   REQUIRE(report.good());
   REQUIRE(report.steps.size() >= 3);
   // half a metre at 50 mm/s takes ten seconds and the ramps
@@ -90,10 +90,10 @@ steps:
   - retreat: {}
   - retreat: {}
 )");
-  INFO(said(report));
+  INFO(findings_of(report));
   CHECK(report.steps[2].moves);
   CHECK(report.steps[2].duration > 5);
-  CHECK_THAT(said(report),
+  CHECK_THAT(findings_of(report),
              Contains("p.yaml:6: error: step 'retreat': the testbed refuses: there is "
                       "no way back"));
 }
@@ -107,20 +107,22 @@ steps:
   - move: {to: [0, 0, 4800, 0, 0, 0], speed: 2 m/s}
 )");
   CHECK_FALSE(report.good());
-  CHECK_THAT(said(report), Contains("p.yaml:3: error: step 'move': the testbed refuses: at ") &&
-                               Contains("relative pose (") && Contains("limit"));
+  CHECK_THAT(findings_of(report),
+             Contains("p.yaml:3: error: step 'move': the testbed refuses: at ") &&
+                 Contains("relative pose (") && Contains("limit"));
   CHECK(report.steps[1].moves);
   CHECK(report.steps[1].refusal.empty());
-  CHECK_THAT(said(report), Contains("p.yaml:6: error") && Contains("2000.0 mm/s is not within"));
+  CHECK_THAT(findings_of(report),
+             Contains("p.yaml:6: error") && Contains("2000.0 mm/s is not within"));
 }
 
-TEST_CASE("what the LIDAR cannot see is said where it is to be found or tracked") {
-  CHECK(said(check_text(tracked)).empty());
+TEST_CASE("a target out of the LIDAR's view is reported where it is to be found or tracked") {
+  CHECK(findings_of(check_text(tracked)).empty());
   const auto with = [](const std::string& from, const std::string& to) {
     std::string text = tracked;
     const auto at = text.find(from);
     REQUIRE(at != std::string::npos);
-    return said(check_text(text.replace(at, from.size(), to)));
+    return findings_of(check_text(text.replace(at, from.size(), to)));
   };
   CHECK_THAT(with("[3 m, 8 m]", "[6 m, 8 m]"),
              Contains("p.yaml:4: error: step 'acquire'") && Contains("the gate begins at 6.00 m"));
@@ -134,7 +136,7 @@ TEST_CASE("what the LIDAR cannot see is said where it is to be found or tracked"
 
 TEST_CASE("criteria must name what the run will record") {
   const auto with = [](const std::string& criterion) {
-    return said(check_text(tracked + "criteria:\n  - {name: c, " + criterion + "}\n"));
+    return findings_of(check_text(tracked + "criteria:\n  - {name: c, " + criterion + "}\n"));
   };
   CHECK(with("measurement: position_error, statistic: rms, phase: hold, max: 10 mm").empty());
   CHECK_THAT(with("measurement: attitude_error, statistic: rms, phase: move, max: 1 deg"),
@@ -152,12 +154,13 @@ TEST_CASE("criteria must name what the run will record") {
 
 TEST_CASE("a criterion that only an outside GNC can meet is left to it") {
   const auto after = [](const std::string& step) {
-    return said(check_text(tracked + "  - " + step + "\n  - hold: 5 s\n    phase: there\n" +
-                           "criteria:\n  - {name: c, measurement: surface_range, statistic: p95, "
-                           "phase: there, max: 3.7 m}\n"));
+    return findings_of(
+        check_text(tracked + "  - " + step + "\n  - hold: 5 s\n    phase: there\n" +
+                   "criteria:\n  - {name: c, measurement: surface_range, statistic: p95, "
+                   "phase: there, max: 3.7 m}\n"));
   };
   CHECK(after("guided: {by: my-gnc, for: 1 min, speed: 50 mm/s}").empty());
-  // once the arms have been told where to be, that is known again
+  // once the arms have been commanded to a pose, it is known again
   CHECK_THAT(after("guided: {by: my-gnc, for: 1 min, speed: 50 mm/s}\n"
                    "  - move: {to: [0, 0, 5000, 0, 0, 0], speed: 200 mm/s}"),
              Contains("if all goes as planned"));
@@ -177,18 +180,18 @@ criteria:
   for (auto& t : inside_out.triangles) std::swap(t[0], t[1]);
   save_ply(inside_out, mesh);
   setup.target = mesh;
-  const std::string complaint = said(check_procedure(procedure, setup));
+  const std::string error = findings_of(check_procedure(procedure, setup));
   std::filesystem::remove(mesh);
-  CHECK_THAT(complaint, Contains("step 'approach'") && Contains("has no docking port"));
-  CHECK_THAT(complaint, Contains("criterion 'c'"));
-  CHECK_THAT(complaint,
-             Contains("berth-check-target.ply: warning: target: its surface is inside out"));
+  CHECK_THAT(error, Contains("step 'approach'") && Contains("has no docking port"));
+  CHECK_THAT(error, Contains("criterion 'c'"));
+  CHECK_THAT(error, Contains("berth-check-target.ply: warning: target: its surface is inside out"));
 }
 
 TEST_CASE("a step that cannot end in its time is an error when its time is known") {
-  CHECK_THAT(said(check_text("name: x\nsteps:\n  - move: {to: [0, 0, 4500, 0, 0, 0], speed: 20 "
+  CHECK_THAT(
+      findings_of(check_text("name: x\nsteps:\n  - move: {to: [0, 0, 4500, 0, 0, 0], speed: 20 "
                              "mm/s}\n    timeout: 10 s\n")),
-             Contains("p.yaml:3: error") && Contains("timeout of 10.0 s"));
+      Contains("p.yaml:3: error") && Contains("timeout of 10.0 s"));
 }
 
 TEST_CASE("each measurement that there is can be forecast") {
@@ -225,7 +228,7 @@ TEST_CASE("each measurement that there is can be forecast") {
   CHECK(rate.value == Approx(1 / rig.scan_period(0)).epsilon(0.1));
 }
 
-TEST_CASE("a report as JSON says the same") {
+TEST_CASE("a report as JSON has the same content") {
   const CheckReport report = check_text(R"(name: x
 steps:
   - move: {to: [0, 0, 9000, 0, 0, 0], speed: 100 mm/s}
@@ -237,7 +240,7 @@ steps:
   CHECK(json["findings"][0]["severity"] == "error");
 }
 
-TEST_CASE("what a reader complains of becomes a finding with its place") {
+TEST_CASE("a reader's error becomes a finding with its place") {
   const Finding finding = finding_of_error("a/b.yaml:7: key 'x': found y", "c.yaml");
   CHECK(finding.file == "a/b.yaml");
   CHECK(finding.line == 7);

@@ -105,7 +105,7 @@ class EngineBench {
     throw std::logic_error("no step " + name);
   }
 
-  bool told_testbed(std::int8_t what) const {
+  bool testbed_received(std::int8_t what) const {
     for (const auto& c : testbed->obeyed) {
       if (c.command == what) return true;
     }

@@ -28,13 +28,13 @@ class Operators {
     bench.run_to(procedure_state_t::RUNNING);
   }
 
-  void ask(const std::string& who, std::int8_t what, const std::string& text = "") {
+  void send(const std::string& commander, std::int8_t what, const std::string& text = "") {
     Command message{};
     message.utime = bench.simulation.now();
     message.seq = ++seq_;
     message.session = fake::session;
     message.utime_expires = message.utime + second;
-    message.commander = who;
+    message.commander = commander;
     message.command = what;
     message.text = text;
     bench.operator_bus->publish(channels::procedure_command, message);
@@ -42,9 +42,9 @@ class Operators {
   }
 
   /// Keeps control for some seconds.
-  void keep(const std::string& who, int s) {
+  void keep(const std::string& commander, int s) {
     for (int i = 0; i < 2 * s; ++i) {
-      ask(who, Command::KEEP_CONTROL);
+      send(commander, Command::KEEP_CONTROL);
       bench.run_for(0.4);
     }
   }
@@ -73,82 +73,82 @@ class Operators {
 
 }  // namespace
 
-TEST_CASE("while nobody has control anybody may; then only who has it") {
+TEST_CASE("without a holder of control all are obeyed, then only the holder") {
   Operators two;
-  two.ask("bob", Command::HOLD);
+  two.send("bob", Command::HOLD);
   CHECK(two.state() == procedure_state_t::HELD);
   two.bench.run_for(3);  // to rest
-  two.ask("alice", Command::RESUME);
+  two.send("alice", Command::RESUME);
   CHECK(two.state() == procedure_state_t::RUNNING);
   CHECK(two.control.holder.empty());
 
-  two.ask("alice", Command::TAKE_CONTROL);
+  two.send("alice", Command::TAKE_CONTROL);
   CHECK(two.control.holder == "alice");
   CHECK(two.control.utime_expires > two.bench.simulation.now());
   CHECK(two.bench.event_text("control-taken") == "alice has control");
-  two.ask("alice", Command::HOLD);
-  two.ask("bob", Command::RESUME);
+  two.send("alice", Command::HOLD);
+  two.send("bob", Command::RESUME);
   CHECK(two.state() == procedure_state_t::HELD);
   CHECK(two.refused("no resume: alice has control"));
   for (const auto command : {Command::STEP, Command::SKIP, Command::RETRY, Command::SPEED,
                              Command::LAMPS, Command::ANSWER, Command::RELEASE_CONTROL}) {
-    two.ask("bob", command, "50 %");
+    two.send("bob", command, "50 %");
     CHECK(two.control.holder == "alice");
     CHECK(two.state() == procedure_state_t::HELD);
     CHECK(two.bench.events.back().code == "command-refused");
     CHECK(two.bench.events.back().text.find("alice has control") != std::string::npos);
-    two.ask("alice", Command::KEEP_CONTROL);
+    two.send("alice", Command::KEEP_CONTROL);
   }
-  two.ask("alice", Command::RESUME);
-  two.ask("alice", Command::RELEASE_CONTROL);
+  two.send("alice", Command::RESUME);
+  two.send("alice", Command::RELEASE_CONTROL);
   CHECK(two.control.holder.empty());
-  two.ask("bob", Command::SPEED, "50 %");
+  two.send("bob", Command::SPEED, "50 %");
   CHECK(two.bench.events.back().code == "operator-command");
 }
 
-TEST_CASE("stopping is open to everybody, whoever has control") {
+TEST_CASE("stops are obeyed from everybody, whoever has control") {
   Operators two;
-  two.ask("alice", Command::TAKE_CONTROL);
+  two.send("alice", Command::TAKE_CONTROL);
   SECTION("hold") {
-    two.ask("bob", Command::HOLD);
+    two.send("bob", Command::HOLD);
     CHECK(two.state() == procedure_state_t::HELD);
     CHECK(two.bench.node->state().reason == "held by bob");
   }
   SECTION("abort") {
-    two.ask("supervisor", Command::ABORT);
+    two.send("supervisor", Command::ABORT);
     CHECK(two.bench.run() == procedure_state_t::ABORTED);
   }
 }
 
-TEST_CASE("control is taken from somebody only explicitly") {
+TEST_CASE("control is taken from its holder only explicitly") {
   Operators two;
-  two.ask("alice", Command::TAKE_CONTROL, "hold");
+  two.send("alice", Command::TAKE_CONTROL, "hold");
   CHECK(two.control.holds_when_lost != 0);
-  two.ask("bob", Command::TAKE_CONTROL);
+  two.send("bob", Command::TAKE_CONTROL);
   CHECK(two.control.holder == "alice");
   CHECK(two.refused("no take control: alice has control"));
-  two.ask("bob", Command::TAKE_CONTROL, "overtake over");
+  two.send("bob", Command::TAKE_CONTROL, "overtake over");
   CHECK(two.control.holder == "alice");
-  two.ask("bob", Command::TAKE_CONTROL, " take over ,hold");
+  two.send("bob", Command::TAKE_CONTROL, " take over ,hold");
   CHECK(two.control.holder == "bob");
   CHECK(two.control.holds_when_lost != 0);
-  bool told = false;
+  bool published = false;
   for (const event_t& event : two.bench.events) {
-    told = told || (event.code == "control-taken" &&
-                    event.text.find("bob has taken control over from alice") == 0);
+    published = published || (event.code == "control-taken" &&
+                              event.text.find("bob has taken control over from alice") == 0);
   }
-  CHECK(told);
-  // who had it does not get it back by keeping it
-  two.ask("alice", Command::KEEP_CONTROL);
-  two.ask("alice", Command::RESUME);
+  CHECK(published);
+  // the former holder does not get it back by keeping it
+  two.send("alice", Command::KEEP_CONTROL);
+  two.send("alice", Command::RESUME);
   CHECK(two.control.holder == "bob");
   CHECK(two.refused("no resume: bob has control"));
 }
 
-TEST_CASE("control that is not kept lapses, and holds the procedure where that was asked for") {
+TEST_CASE("control that is not kept lapses, and holds the procedure where requested") {
   Operators two;
   SECTION("without hold") {
-    two.ask("alice", Command::TAKE_CONTROL);
+    two.send("alice", Command::TAKE_CONTROL);
     two.keep("alice", 3);
     CHECK(two.control.holder == "alice");
     two.bench.run_for(2);
@@ -158,19 +158,19 @@ TEST_CASE("control that is not kept lapses, and holds the procedure where that w
     CHECK(two.state() == procedure_state_t::RUNNING);
   }
   SECTION("with hold") {
-    two.ask("alice", Command::TAKE_CONTROL, "hold");
+    two.send("alice", Command::TAKE_CONTROL, "hold");
     two.keep("alice", 3);
     CHECK(two.state() == procedure_state_t::RUNNING);
     two.bench.run_for(2);
     CHECK(two.state() == procedure_state_t::HELD);
     CHECK(two.bench.node->state().reason == "control of alice lapsed");
-    CHECK(two.bench.told_testbed(testbed_command2_t::HOLD));
-    two.ask("bob", Command::RESUME);
+    CHECK(two.bench.testbed_received(testbed_command2_t::HOLD));
+    two.send("bob", Command::RESUME);
     CHECK(two.state() == procedure_state_t::RUNNING);
   }
   SECTION("one that has released it has lost nothing") {
-    two.ask("alice", Command::TAKE_CONTROL, "hold");
-    two.ask("alice", Command::RELEASE_CONTROL);
+    two.send("alice", Command::TAKE_CONTROL, "hold");
+    two.send("alice", Command::RELEASE_CONTROL);
     two.bench.run_for(3);
     CHECK(two.state() == procedure_state_t::RUNNING);
     CHECK(two.bench.event_text("control-lapsed").empty());
@@ -193,20 +193,20 @@ TEST_CASE("control lost before the first step holds it there") {
   CHECK(bench.run() == procedure_state_t::PASS);
 }
 
-TEST_CASE("the speed asked for goes to the motion under way and to later ones") {
+TEST_CASE("the requested speed goes to the motion under way and to later ones") {
   Operators one;
-  one.ask("alice", Command::SPEED, "40 %");
+  one.send("alice", Command::SPEED, "40 %");
   CHECK(one.bench.testbed->speed_override == Approx(0.4));
-  one.ask("alice", Command::HOLD);
-  one.ask("alice", Command::SPEED, "20 %");
+  one.send("alice", Command::HOLD);
+  one.send("alice", Command::SPEED, "20 %");
   CHECK(one.state() == procedure_state_t::HELD);
   CHECK(one.bench.testbed->speed_override == Approx(0.2));
   one.bench.run_for(3);  // to rest
-  one.ask("alice", Command::RESUME);
+  one.send("alice", Command::RESUME);
   CHECK(one.bench.testbed->obeyed.back().command == testbed_command2_t::RESUME);
   CHECK(one.bench.testbed->obeyed.back().speed_override == Approx(0.2));
   for (const char* wrong : {"0 %", "101 %", "-5 %", "fast", "", "50 mm/s", "nan"}) {
-    one.ask("alice", Command::SPEED, wrong);
+    one.send("alice", Command::SPEED, wrong);
     CHECK(one.bench.events.back().code == "command-refused");
     CHECK(one.bench.testbed->speed_override == Approx(0.2));
   }
@@ -224,16 +224,16 @@ TEST_CASE("a motion made slow has more time; one at full speed has not") {
 
 TEST_CASE("the lamps change as far as they are named") {
   Operators one;
-  one.ask("alice", Command::LAMPS, "sun: 80 %, azimuth: 30 deg");
+  one.send("alice", Command::LAMPS, "sun: 80 %, azimuth: 30 deg");
   one.bench.run_for(1);
-  one.ask("alice", Command::LAMPS, "albedo: 10 %");
+  one.send("alice", Command::LAMPS, "albedo: 10 %");
   one.bench.run_for(1);
   const facility_command_t& last = one.bench.facility->last;
   CHECK(last.sun_lamp == Approx(0.8));
   CHECK(last.albedo_lamp == Approx(0.1));
   for (const char* wrong : {"sun: 120 %", "moon: 10 %", "sun", "}{", "sun: 10 %, sun: [", "\x01"}) {
     INFO(wrong);
-    one.ask("alice", Command::LAMPS, wrong);
+    one.send("alice", Command::LAMPS, wrong);
     CHECK(one.bench.events.back().code == "command-refused");
   }
   CHECK(one.bench.facility->last.seq == last.seq);

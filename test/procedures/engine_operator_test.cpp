@@ -7,60 +7,60 @@ using fake::procedure_of;
 
 namespace {
 
-const std::string question = procedure_of(
+const std::string with_prompt = procedure_of(
     "  - prompt: {text: Ready for it, choices: [go, no], go_on: [go]}\n"
     "    timeout: 10 s\n"
     "  - wait: 1 s\n");
 
 }  // namespace
 
-TEST_CASE("an operator is asked, and the answer that belongs to the question counts") {
-  EngineBench bench({}, question);
+TEST_CASE("an operator is prompted, and the answer with the prompt's id counts") {
+  EngineBench bench({}, with_prompt);
   bench.run_to(procedure_state_t::PROMPTING);
-  const procedure_state_t asked = bench.node->state();
-  CHECK(asked.prompt == "Ready for it");
-  CHECK(asked.choices == std::vector<std::string>{"go", "no"});
-  CHECK(seconds(asked.utime_prompt_expires - asked.steps[0].utime_start) == Approx(10));
+  const procedure_state_t prompting = bench.node->state();
+  CHECK(prompting.prompt == "Ready for it");
+  CHECK(prompting.choices == std::vector<std::string>{"go", "no"});
+  CHECK(seconds(prompting.utime_prompt_expires - prompting.steps[0].utime_start) == Approx(10));
   SECTION("go") {
-    bench.command(procedure_command_t::ANSWER, "go", asked.prompt_id);
+    bench.command(procedure_command_t::ANSWER, "go", prompting.prompt_id);
     CHECK(bench.run() == procedure_state_t::PASS);
     CHECK(bench.step("prompt").detail == "answer: go (operator)");
     CHECK(bench.node->state().prompt_id.empty());
   }
   SECTION("no") {
-    bench.command(procedure_command_t::ANSWER, "no", asked.prompt_id);
+    bench.command(procedure_command_t::ANSWER, "no", prompting.prompt_id);
     CHECK(bench.run() == procedure_state_t::FAIL);
     CHECK(bench.node->state().reason == "step 'prompt': answer: no (operator)");
   }
-  SECTION("another question") {
+  SECTION("another prompt") {
     bench.command(procedure_command_t::ANSWER, "go", "17.1");
     bench.run_for(1);
     CHECK(bench.node->state().state == procedure_state_t::PROMPTING);
     CHECK(bench.event_text("command-refused").find("prompt 17.1 is not open") != std::string::npos);
   }
   SECTION("no choice") {
-    bench.command(procedure_command_t::ANSWER, "perhaps", asked.prompt_id);
+    bench.command(procedure_command_t::ANSWER, "perhaps", prompting.prompt_id);
     bench.run_for(1);
     CHECK(bench.node->state().state == procedure_state_t::PROMPTING);
     CHECK(bench.event_text("command-refused").find("expected one of: go, no") != std::string::npos);
   }
-  SECTION("nobody") {
+  SECTION("no answer") {
     CHECK(bench.run() == procedure_state_t::TIMEOUT);
     CHECK(bench.step("prompt").state == procedure_step_t::TIMEOUT);
   }
-  SECTION("on hold the question waits") {
+  SECTION("on hold the prompt waits") {
     bench.command(procedure_command_t::HOLD);
     bench.run_for(30);
     CHECK(bench.node->state().state == procedure_state_t::HELD);
     bench.command(procedure_command_t::RESUME);
     bench.run_for(0.5);
     CHECK(bench.node->state().state == procedure_state_t::PROMPTING);
-    bench.command(procedure_command_t::ANSWER, "go", asked.prompt_id);
+    bench.command(procedure_command_t::ANSWER, "go", prompting.prompt_id);
     CHECK(bench.run() == procedure_state_t::PASS);
   }
 }
 
-TEST_CASE("where nobody answers, a question can answer itself") {
+TEST_CASE("without an answer, a prompt can take its default") {
   EngineBench bench(
       {}, procedure_of("  - prompt: {text: Ready for it, choices: [go, no], default: go}\n"
                        "    timeout: 10 s\n"));
@@ -90,7 +90,7 @@ TEST_CASE("nothing goes on after a hold when something has changed") {
   CHECK(bench.node->state().state == procedure_state_t::HELD);
   CHECK_FALSE(bench.precondition(red).met);
   CHECK(bench.event_text("command-refused").find("no resume: " + red) == 0);
-  CHECK_FALSE(bench.told_testbed(testbed_command2_t::RESUME));
+  CHECK_FALSE(bench.testbed_received(testbed_command2_t::RESUME));
 
   bench.script.moved_on_hold_m = 0;
   bench.script.estop_closed = true;

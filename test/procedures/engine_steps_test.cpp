@@ -5,7 +5,7 @@ using namespace berth;
 using fake::EngineBench;
 using fake::procedure_of;
 
-TEST_CASE("wait_until waits for its condition, for as long as it asks") {
+TEST_CASE("wait_until waits for its condition, within its timeout") {
   EngineBench bench({},
                     procedure_of("  - acquire: {}\n"
                                  "  - wait_until: estimate is ok and time_in_step > 3 s for 2 s\n"
@@ -17,14 +17,14 @@ TEST_CASE("wait_until waits for its condition, for as long as it asks") {
   CHECK(bench.event_text("recorded") == "at the end = 4.0 mm");
 }
 
-TEST_CASE("what never comes runs out of time, and says what is found") {
+TEST_CASE("a condition that is never met times out, with the value found") {
   EngineBench bench({}, procedure_of("  - wait_until: clearance > 2 m\n    timeout: 4 s\n"));
   CHECK(bench.run() == procedure_state_t::TIMEOUT);
   CHECK(bench.step("wait_until").detail ==
         "step 'wait_until' is not done after 4 s: clearance 1.000 m; expected: clearance > 2 m");
 }
 
-TEST_CASE("what is not known cannot be recorded") {
+TEST_CASE("unknown values cannot be recorded") {
   EngineBench bench({}, procedure_of("  - record: estimated_range\n"));
   CHECK(bench.run() == procedure_state_t::FAIL);
   CHECK(bench.node->state().reason == "step 'record': estimated_range = not known");
@@ -112,7 +112,7 @@ TEST_CASE("a broken limit ends the run, or holds it") {
     CHECK(bench.node->state().reason == "limit 'short': time_in_run 5.0 s, not above 5.0 s");
     REQUIRE(bench.node->state().limits.size() == 1);
     CHECK(bench.node->state().limits[0].result == criterion_result_t::FAILED);
-    CHECK(bench.told_testbed(testbed_command2_t::STOP));
+    CHECK(bench.testbed_received(testbed_command2_t::STOP));
   }
   SECTION("abort") {
     EngineBench bench({}, limit("abort"));
@@ -139,7 +139,7 @@ TEST_CASE("a broken limit ends the run, or holds it") {
   }
 }
 
-TEST_CASE("where nobody can come, what would hold for the operator ends the run") {
+TEST_CASE("without an operator, a hold ends the run") {
   fake::Script s;
   s.attended = false;
   SECTION("a step that fails") {
@@ -158,7 +158,7 @@ TEST_CASE("where nobody can come, what would hold for the operator ends the run"
   }
 }
 
-TEST_CASE("faults are injected until the simulated cell says so, and cleared at the end") {
+TEST_CASE("injections are repeated until the simulated cell acknowledges, and cleared at the end") {
   const std::string text = procedure_of(
       "  - inject: {device: plc, fault: delayed, value: 2 s, for: 5 s}\n"
       "  - wait: 1 s\n");
@@ -230,7 +230,7 @@ TEST_CASE("a calibration leaves out the poses at which the target is not seen, a
   CHECK(bench.step("dwell (pose 3 of 3)").state == procedure_step_t::PASSED);
 }
 
-TEST_CASE("nothing begins while the E-stop chain is open, and the list says so") {
+TEST_CASE("nothing begins while the E-stop chain is open, and the list shows it") {
   fake::Script s;
   s.estop_closed = false;
   EngineBench bench(s, procedure_of("  - wait: 1 s\n"));
@@ -251,7 +251,7 @@ TEST_CASE("nothing begins while the E-stop chain is open, and the list says so")
   }
 }
 
-TEST_CASE("many steps and all that is said of them fit into one message") {
+TEST_CASE("many steps with all their texts fit into one message") {
   // 380 steps that fail, each with a long reason.
   EngineBench bench({}, procedure_of("  - repeat:\n"
                                      "      times: 380\n"

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 }  // namespace
 
-TEST_CASE("a good run passes, and its log says the same, number for number") {
+TEST_CASE("a good run passes, and its log reproduces the verdict, number for number") {
   EngineBench bench;
   CHECK(bench.run() == procedure_state_t::PASS);
   CHECK(bench.node->exit_code() == 0);
@@ -48,7 +48,7 @@ TEST_CASE("a good run passes, and its log says the same, number for number") {
 TEST_CASE("an estimate that comes after the verdict changes nothing of it") {
   EngineBench bench;
   CHECK(bench.run() == procedure_state_t::PASS);
-  // A machine under load: true while the target was tracked, heard after the run was judged.
+  // A machine under load: true while the target was tracked, received after the run was judged.
   pose_estimate_t late{};
   late.utime = bench.step("hold").utime_start + 100 * millisecond;
   late.seq = 1000000;
@@ -131,10 +131,10 @@ TEST_CASE("an estimator that loses the target fails the run") {
   CHECK(bench.node->state().reason.find(
             "the estimator lost the target: no good estimate for 5 s") == 0);
   CHECK(bench.step("approach").state == procedure_step_t::FAILED);
-  CHECK(bench.told_testbed(testbed_command2_t::STOP));
+  CHECK(bench.testbed_received(testbed_command2_t::STOP));
 }
 
-TEST_CASE("an estimate that says ok without a covariance is no good estimate") {
+TEST_CASE("an estimate with status ok but no covariance is no good estimate") {
   fake::Script script;
   script.move_takes_s = 20;
   script.certain_from_s = 30;  // on approach
@@ -193,7 +193,7 @@ TEST_CASE("nothing moves while a node is missing or another commander has the le
   EngineBench bench(script);
   CHECK(bench.run() == procedure_state_t::ERROR);
   CHECK(bench.node->state().reason == reason);
-  CHECK_FALSE(bench.told_testbed(testbed_command2_t::MOVE));
+  CHECK_FALSE(bench.testbed_received(testbed_command2_t::MOVE));
   for (const auto& step : bench.node->state().steps) CHECK(step.state == procedure_step_t::PENDING);
 }
 
@@ -205,7 +205,7 @@ TEST_CASE("a node of which nothing was received is named") {
   CHECK(bench.node->state().reason == "not ready within 5 s: lidar-driver (nothing received)");
 }
 
-TEST_CASE("of a node that somebody else starts it is said how, until it is there") {
+TEST_CASE("for a node that is started elsewhere the command is shown, until it is there") {
   procedures::NodeWatch watch({"estimator", "testbed"}, "", {{"estimator", "start it"}});
   CHECK(watch.missing() == "estimator (nothing received: start it), testbed (nothing received)");
   CHECK(watch.awaited() == "estimator (start it), testbed");
@@ -257,7 +257,7 @@ TEST_CASE("the lights are done when the lamp has turned, and a command that is l
     CHECK(bench.facility->last.sun_azimuth_rad == Approx(radians(60.0)));
     CHECK(seconds_of(bench, "turned") == Approx(0.6).margin(0.15));  // repeated after half a second
   }
-  SECTION("a lamp that never gets there says how far it is") {
+  SECTION("a lamp that never gets there reports how far it is") {
     script.lamp_turns_s = 1000;
     EngineBench bench(script, procedure_of(steps + "teardown:\n  - wait: 1 s\n"));
     CHECK(bench.run() == procedure_state_t::TIMEOUT);
@@ -340,7 +340,7 @@ TEST_CASE("commands that are late or of another session are not obeyed") {
   CHECK(bench.run() == procedure_state_t::PASS);
 }
 
-TEST_CASE("a hold and an abort are obeyed whatever their session and age, and told by name") {
+TEST_CASE("a hold and an abort are obeyed whatever their session and age, and reported by name") {
   EngineBench bench;
   bench.run_for(3);
   procedure_command_t message{};
@@ -350,14 +350,14 @@ TEST_CASE("a hold and an abort are obeyed whatever their session and age, and to
   message.utime_expires = bench.simulation.now() + second;
   message.commander = "somebody";
   message.command = GENERATE(procedure_command_t::HOLD, procedure_command_t::ABORT);
-  std::string told;
+  std::string reason;
   SECTION("late") {
     message.utime_expires -= 3601 * second;
-    told = "expired 3600000 ms ago";
+    reason = "expired 3600000 ms ago";
   }
   SECTION("of another session") {
     message.session += 1;
-    told = "belongs to session " + std::to_string(fake::session + 1);
+    reason = "belongs to session " + std::to_string(fake::session + 1);
   }
   bench.operator_bus->publish(channels::procedure_command, message);
   bench.run_for(0.1);
@@ -365,7 +365,7 @@ TEST_CASE("a hold and an abort are obeyed whatever their session and age, and to
   CHECK(bench.node->state().state ==
         (holds ? procedure_state_t::HELD : procedure_state_t::TEARDOWN));
   CHECK(bench.event_text("unusual-stop") ==
-        std::string(holds ? "hold" : "abort") + " of 'somebody' is obeyed, although it " + told);
+        std::string(holds ? "hold" : "abort") + " of 'somebody' is obeyed, although it " + reason);
   if (!holds) return;
   // a repetition of it does not hold what has been resumed
   bench.run_for(2);
@@ -386,9 +386,9 @@ TEST_CASE("a hold is never too early or too late") {
     CHECK(bench.node->state().state == procedure_state_t::PREPARING);
     bench.command(procedure_command_t::HOLD);
     bench.run_to(procedure_state_t::HELD);
-    bench.run_for(0.2);  // until the testbed has heard it
-    const auto told = bench.testbed->obeyed.back();
-    CHECK(told.command == testbed_command2_t::HOLD);
+    bench.run_for(0.2);  // until the testbed has received it
+    const auto last = bench.testbed->obeyed.back();
+    CHECK(last.command == testbed_command2_t::HOLD);
     bench.run_for(2);
     CHECK(bench.node->state().state == procedure_state_t::HELD);
     bench.command(procedure_command_t::RESUME);
@@ -404,7 +404,7 @@ TEST_CASE("a hold is never too early or too late") {
     bench.run_for(0.5);
     bench.command(procedure_command_t::HOLD);
     bench.run_to(procedure_state_t::HELD);
-    bench.run_for(0.2);  // until the testbed has heard it
+    bench.run_for(0.2);  // until the testbed has received it
     CHECK(bench.testbed->obeyed.back().command == testbed_command2_t::HOLD);
   }
   SECTION("in the teardown: its motion is stopped, the rest is left out") {
@@ -416,7 +416,7 @@ TEST_CASE("a hold is never too early or too late") {
     bench.run_for(1);
     bench.command(procedure_command_t::HOLD);
     bench.run_for(0.3);
-    CHECK(bench.told_testbed(testbed_command2_t::STOP));
+    CHECK(bench.testbed_received(testbed_command2_t::STOP));
     bench.run(8);
     CHECK(std::count_if(bench.testbed->obeyed.begin(), bench.testbed->obeyed.end(),
                         [](const testbed_command2_t& c) {
@@ -462,7 +462,7 @@ TEST_CASE("a step can be skipped with a reason, and steps taken one by one") {
   bench.run_for(0.5);
   CHECK(bench.step("move").state == procedure_step_t::SKIPPED);
   CHECK(bench.step("move").detail == "is there already");
-  CHECK(bench.told_testbed(testbed_command2_t::STOP));
+  CHECK(bench.testbed_received(testbed_command2_t::STOP));
   CHECK(bench.step("acquire").state == procedure_step_t::RUNNING);
 
   bench.command(procedure_command_t::HOLD);

@@ -32,7 +32,7 @@ struct Script {
   double position_error_m = 4e-3;  ///< of every estimate
   double acquire_takes_s = 2;
   double lost_from_s = -1;     ///< no good estimate from then on
-  double certain_from_s = -1;  ///< estimates say ok, their covariances are zero
+  double certain_from_s = -1;  ///< estimates are ok, their covariances zero
   double seen_again_s = -1;    ///< until then; never: the target stays lost
   int late_refusals = 0;       ///< of estimator commands
   int commands_lost = 0;       ///< of the testbed's, on the way
@@ -42,7 +42,7 @@ struct Script {
   double lease_lost_from_s = -1;
   double estimator_fault_from_s = -1;
   double lidar_silent_from_s = -1;
-  std::string refuse_scans;  ///< that a procedure asks for
+  std::string refuse_scans;  ///< that a procedure requests
   bool truth = true;
   bool attended = true;
   bool lamps_work = true;
@@ -90,7 +90,7 @@ class Testbed final : public Clocked {
   }
 
   std::vector<testbed_command2_t> obeyed;
-  double speed_override = 1;  ///< as last said, with whatever command
+  double speed_override = 1;  ///< as last commanded, with whatever command
 
  private:
   void take(const testbed_command2_t& c) {
@@ -237,7 +237,7 @@ class Estimator final : public Clocked {
     if (refusals_ < script_.late_refusals) {
       ++refusals_;
       state_.refused_seq = c.seq;
-      state_.scan_id = c.first_scan_id;  // is asked for already
+      state_.scan_id = c.first_scan_id;  // is requested already
       state_.reason = "too late";
       return publish();
     }
@@ -300,7 +300,7 @@ class Facility final : public Clocked {
     bus().subscribe<facility_command_t>(
         channels::facility_command, Queue::fifo(), [this](const facility_command_t& c) {
           if (!script_.lamps_work) return;
-          if (++heard == script_.lamp_command_lost) return;
+          if (++received == script_.lamp_command_lost) return;
           if (!answers_.is_new(c)) return;
           if (!script_.refuse_lamps.empty()) return answers_.refuse(c, script_.refuse_lamps);
           answers_.accept(c);
@@ -330,7 +330,7 @@ class Facility final : public Clocked {
 
   double sun() const { return state_.sun_lamp; }
   facility_command_t last{};
-  int heard = 0;
+  int received = 0;
 
  private:
   CommandAnswers answers_{bus(), loop(), channels::facility_answers, fake::session};
@@ -338,7 +338,7 @@ class Facility final : public Clocked {
   Utime turned_ = 0;
 };
 
-/// Only beats and says that it is idle, until it falls silent: what a killed process looks like.
+/// Only beats and reports that it is idle, until it falls silent: what a killed process looks like.
 class LidarDriver {
  public:
   LidarDriver(const Script& script, Bus& bus, Loop& loop) : born_(loop.now()) {
@@ -394,7 +394,7 @@ class SimulatedCell final : public Clocked {
 
  private:
   void take(const injection_t& i) {
-    if (++heard_ == 1) return;  // the first one is lost on the way
+    if (++received_ == 1) return;  // the first one is lost on the way
     if (i.seq > last_seq_) {
       last_seq_ = i.seq;
       if (script_.refuse_injections.empty()) {
@@ -416,7 +416,7 @@ class SimulatedCell final : public Clocked {
 
   injection_state_t state_{};
   std::int64_t last_seq_ = 0;
-  int heard_ = 0;
+  int received_ = 0;
 };
 
 }  // namespace berth::fake

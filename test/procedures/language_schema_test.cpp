@@ -74,7 +74,7 @@ TEST_CASE("the schema that ships is that of the parser") {
   CHECK((read_file("procedures/schema.json") == json_schema()));
 }
 
-TEST_CASE("the parser knows every key of its tables") {
+TEST_CASE("the parser has every key of its tables") {
   for (const auto* table : {&verbs(), &blocks()}) {
     for (const VerbInfo& verb : *table) {
       // Of the rules of a trajectory only one may be given; a call needs a file.

@@ -31,7 +31,7 @@ class Folder {
   Procedure load(const Overrides& overrides = {}) {
     return load_procedure(path / "main.yaml", overrides);
   }
-  std::string complaint() {
+  std::string load_error() {
     try {
       load();
     } catch (const InputError& e) {
@@ -86,7 +86,7 @@ TEST_CASE("a sweep runs over a grid, with units, ranges and poses") {
   CHECK(p.steps[7].name == "to [1, 2, 4000, 0, 0, 0]");
 }
 
-TEST_CASE("blocks nest, and what is said of a block holds for its steps") {
+TEST_CASE("blocks nest, and a block's keys hold for its steps") {
   const Procedure p = parsed_steps(
       "  - sweep:\n"
       "      speed: [1 mm/s, 2 mm/s]\n"
@@ -120,23 +120,21 @@ TEST_CASE("blocks nest, and what is said of a block holds for its steps") {
 TEST_CASE("names of sweeps are checked") {
   const std::string inside =
       "  - sweep:\n      a: [1 s]\n      steps:\n        - wait: ${b}\n  - wait: 1 s\n";
-  CHECK(complaint_about_steps(inside) ==
-        "p.yaml:6: parameter 'b' is not defined; the procedure has none");
-  CHECK(complaint_about_steps("  - sweep:\n      a: [1 s]\n      steps:\n        - wait: ${a}\n"
-                              "  - wait: ${a}\n") ==
+  CHECK(error_of_steps(inside) == "p.yaml:6: parameter 'b' is not defined; the procedure has none");
+  CHECK(error_of_steps("  - sweep:\n      a: [1 s]\n      steps:\n        - wait: ${a}\n"
+                       "  - wait: ${a}\n") ==
         "p.yaml:7: 'a' has no value here: it belongs to a sweep elsewhere");
-  CHECK(complaint_about_steps("  - sweep:\n      a: []\n      steps:\n        - wait: 1 s\n")
+  CHECK(error_of_steps("  - sweep:\n      a: []\n      steps:\n        - wait: 1 s\n")
             .find("p.yaml:4: key 'steps[0].sweep.a': expected a list of values") == 0);
-  CHECK(complaint_about_steps("  - sweep:\n      a: {from: 1 s, to: 2 m, step: 1 s}\n      steps:\n"
-                              "        - wait: 1 s\n")
+  CHECK(error_of_steps("  - sweep:\n      a: {from: 1 s, to: 2 m, step: 1 s}\n      steps:\n"
+                       "        - wait: 1 s\n")
             .find("p.yaml:4: key 'steps[0].sweep.a.to': found '2 m', expected a time") == 0);
-  CHECK(complaint_about_steps("  - sweep:\n      a: {from: 2 s, to: 1 s, step: -1 s}\n"
-                              "      steps:\n        - wait: ${a}\n")
+  CHECK(error_of_steps("  - sweep:\n      a: {from: 2 s, to: 1 s, step: -1 s}\n"
+                       "      steps:\n        - wait: ${a}\n")
             .find("p.yaml:4: key 'steps[0].sweep.a.step': found '-1 s', expected a time above 0") ==
         0);
-  CHECK(
-      complaint_about_steps("  - sweep:\n      a: [1 s, 2 m]\n      steps:\n        - wait: ${a}\n")
-          .find("p.yaml:6: key 'steps[0].sweep.steps[0].wait': found '2 m'") == 0);
+  CHECK(error_of_steps("  - sweep:\n      a: [1 s, 2 m]\n      steps:\n        - wait: ${a}\n")
+            .find("p.yaml:6: key 'steps[0].sweep.steps[0].wait': found '2 m'") == 0);
   try {
     parse_procedure(
         "name: t\nparameters:\n  a: 1 s\nsteps:\n  - sweep:\n      a: [2 s]\n      steps:\n"
@@ -149,13 +147,13 @@ TEST_CASE("names of sweeps are checked") {
   }
 }
 
-TEST_CASE("there is a limit to what one message can tell of") {
-  CHECK(complaint_about_steps("  - repeat:\n      times: 400\n      steps:\n        - wait: 1 s\n"
-                              "        - wait: 1 s\n") == "p.yaml:6: more than 400 steps");
+TEST_CASE("there is a limit to the steps that one message can hold") {
+  CHECK(error_of_steps("  - repeat:\n      times: 400\n      steps:\n        - wait: 1 s\n"
+                       "        - wait: 1 s\n") == "p.yaml:6: more than 400 steps");
   const std::string name(100, 'n');
-  CHECK(complaint_about_steps("  - repeat:\n      times: 390\n      steps:\n        - wait: 1 s\n"
-                              "          name: " +
-                              name + "\n")
+  CHECK(error_of_steps("  - repeat:\n      times: 390\n      steps:\n        - wait: 1 s\n"
+                       "          name: " +
+                       name + "\n")
             .find("with short names") != std::string::npos);
 }
 
@@ -175,11 +173,11 @@ TEST_CASE("a calibration is motions and waits at rest, the waits in its phase") 
   CHECK(p.steps[6].phase == "calibrate");
   CHECK(p.steps[6].when_lost == WhenLost::skip);
   CHECK(std::get<Dwell>(p.steps[6].verb).estimates == 12);
-  CHECK(complaint_about_steps("  - calibrate: {poses: [[0, 0, 5000, 0, 0, 0]], speed: 1 mm/s}\n")
+  CHECK(error_of_steps("  - calibrate: {poses: [[0, 0, 5000, 0, 0, 0]], speed: 1 mm/s}\n")
             .find("needs an 'acquire' before it") != std::string::npos);
 }
 
-TEST_CASE("an arm can be told to stand still, in a move and on the way to each calibration pose") {
+TEST_CASE("an arm can be frozen, in a move and on the way to each calibration pose") {
   const Procedure p = parsed_steps(
       "  - acquire: {}\n"
       "  - move: {to: [0, 0, 5000, 0, 0, 0], speed: 1 mm/s, frozen: sensor}\n"
@@ -192,8 +190,8 @@ TEST_CASE("an arm can be told to stand still, in a move and on the way to each c
   CHECK(std::get<Move>(p.steps[5].verb).frozen_arm == 0);
   const std::string start =
       "  - acquire: {}\n  - calibrate: {poses: [[0, 0, 5000, 0, 0, 0]], speed: 1 mm/s, frozen: ";
-  CHECK(complaint_about_steps(start + "[left]}\n").find("found 'left'") != std::string::npos);
-  CHECK(complaint_about_steps(start + "[none, none]}\n").find("found 2 arms") != std::string::npos);
+  CHECK(error_of_steps(start + "[left]}\n").find("found 'left'") != std::string::npos);
+  CHECK(error_of_steps(start + "[none, none]}\n").find("found 2 arms") != std::string::npos);
 }
 
 TEST_CASE("the other verbs are read") {
@@ -223,25 +221,25 @@ TEST_CASE("the other verbs are read") {
   CHECK(std::holds_alternative<ClearInjections>(p.teardown[0].verb));
 }
 
-TEST_CASE("faults that no simulated cell knows are refused, with those that it knows") {
-  const auto complaint_about = [](const std::string& fault) {
-    return complaint_about_steps("  - inject: {" + fault + "}\n");
+TEST_CASE("unknown faults are refused, with the list of known ones") {
+  const auto error_about = [](const std::string& fault) {
+    return error_of_steps("  - inject: {" + fault + "}\n");
   };
-  CHECK(complaint_about("device: lidar, fault: explode").find("range_bias") != std::string::npos);
-  CHECK(complaint_about("device: radar, fault: silent").find("arm-replica") != std::string::npos);
-  CHECK(complaint_about("device: lidar, fault: range_bias, value: 3 s").find("length") !=
+  CHECK(error_about("device: lidar, fault: explode").find("range_bias") != std::string::npos);
+  CHECK(error_about("device: radar, fault: silent").find("arm-replica") != std::string::npos);
+  CHECK(error_about("device: lidar, fault: range_bias, value: 3 s").find("length") !=
         std::string::npos);
-  CHECK(complaint_about("device: lidar, fault: dropout, value: 120 %").find("100 %") !=
+  CHECK(error_about("device: lidar, fault: dropout, value: 120 %").find("100 %") !=
         std::string::npos);
-  CHECK(complaint_about("device: plc, fault: estop, value: 1").find("takes no value") !=
+  CHECK(error_about("device: plc, fault: estop, value: 1").find("takes no value") !=
         std::string::npos);
-  CHECK(complaint_about_steps("  - clear_injections: {device: lidar, fault: explode}\n")
-            .find("explode") != std::string::npos);
+  CHECK(error_of_steps("  - clear_injections: {device: lidar, fault: explode}\n").find("explode") !=
+        std::string::npos);
 }
 
-TEST_CASE("conditions that say nothing are refused, with what would be right") {
+TEST_CASE("conditions without meaning are refused, with the expected form") {
   const auto wrong = [](const std::string& text) {
-    return complaint_about_steps("  - wait_until: " + text + "\n");
+    return error_of_steps("  - wait_until: " + text + "\n");
   };
   const std::string place = "p.yaml:3: key 'steps[0].wait_until': ";
   CHECK(wrong("range < 4 m").find(place + "found 'range', expected one of: estimate, ") == 0);
@@ -253,9 +251,9 @@ TEST_CASE("conditions that say nothing are refused, with what would be right") {
   CHECK(wrong("clearance").find("expected a condition such as") != std::string::npos);
   CHECK(wrong("clearance > 1 m and estimate is ok or estimate is lost")
             .find("either 'and' or 'or'") != std::string::npos);
-  CHECK(complaint_about_steps("  - wait: 1 s\n    if: estimate is ok for 2 s\n")
+  CHECK(error_of_steps("  - wait: 1 s\n    if: estimate is ok for 2 s\n")
             .find("p.yaml:4: key 'steps[0].if'") == 0);
-  CHECK(complaint_about_steps("  - wait: 1 s\n    on_failure: try again\n")
+  CHECK(error_of_steps("  - wait: 1 s\n    on_failure: try again\n")
             .find("p.yaml:4: key 'steps[0].on_failure': found 'try again'") == 0);
 }
 
@@ -327,7 +325,7 @@ TEST_CASE("a trajectory's file goes with the procedure: its text alone flies the
     return std::get<Trajectory>(procedure.steps.front().verb).waypoints(Pose{}).back();
   };
   std::filesystem::remove(folder.path / "parts/t.csv");
-  CHECK(folder.complaint().find("cannot be read") != std::string::npos);
+  CHECK(folder.load_error().find("cannot be read") != std::string::npos);
   const Procedure again = parse_procedure(p.text, "elsewhere/procedure.yaml", {});
   CHECK(end(again).pose.position.z() == Approx(4.9));
   CHECK(end(again).time == end(p).time);
@@ -339,20 +337,20 @@ TEST_CASE("errors in a called procedure name its line and the caller's") {
   const std::string main = (folder.path / "main.yaml").string();
   const std::string part = (folder.path / "parts/a.yaml").string();
   folder.put("main.yaml", "name: main\nsteps:\n  - wait: 1 s\n  - call: parts/a.yaml\n");
-  CHECK(folder.complaint().find(main + ":4: key 'steps[1].call': ") == 0);
+  CHECK(folder.load_error().find(main + ":4: key 'steps[1].call': ") == 0);
   folder.put("parts/a.yaml", "name: a\nsteps:\n  - wait: 1 m\n");
-  CHECK(folder.complaint() == part +
-                                  ":3: key 'steps[0].wait': found '1 m', expected a time such as "
-                                  "'10 s' or '150 ms'\n  called from " +
-                                  main + ":4");
+  CHECK(folder.load_error() == part +
+                                   ":3: key 'steps[0].wait': found '1 m', expected a time such as "
+                                   "'10 s' or '150 ms'\n  called from " +
+                                   main + ":4");
   folder.put("parts/a.yaml", "name: a\nsteps:\n  - call: ../main.yaml\n");
-  CHECK(folder.complaint().find("call itself without end") != std::string::npos);
+  CHECK(folder.load_error().find("call itself without end") != std::string::npos);
   folder.put("parts/a.yaml", "name: a\nstepps:\n  - wait: 1 s\n");
-  CHECK(folder.complaint().find(part + ":1: key 'steps': is missing") == 0);
+  CHECK(folder.load_error().find(part + ":1: key 'steps': is missing") == 0);
   folder.put("main.yaml",
              "name: main\nsteps:\n  - call: {procedure: parts/a.yaml, with: {speed: 1 m}}\n");
   folder.put("parts/a.yaml", "name: a\nparameters:\n  time: 1 s\nsteps:\n  - wait: ${time}\n");
-  CHECK(folder.complaint().find("no parameter 'speed'; there are: time") != std::string::npos);
+  CHECK(folder.load_error().find("no parameter 'speed'; there are: time") != std::string::npos);
 }
 
 TEST_CASE("a procedure's figures name phases that it has") {
@@ -365,8 +363,8 @@ TEST_CASE("a procedure's figures name phases that it has") {
   const Procedure procedure = parsed_steps(with_phase("still"));
   CHECK(procedure.source == "a paper");
   REQUIRE(procedure.figures.size() == 1);
-  CHECK(complaint_about_steps(with_phase("run")).empty());
-  CHECK(complaint_about_steps(with_phase("stil"))
+  CHECK(error_of_steps(with_phase("run")).empty());
+  CHECK(error_of_steps(with_phase("stil"))
             .find("p.yaml:9: key 'figures': figure 'Figure 1': found phase 'stil', expected one "
                   "of: run, "
                   "still") == 0);

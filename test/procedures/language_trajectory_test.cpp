@@ -30,7 +30,7 @@ const Pose here = pose_from_xyzwpr({100, 0, 5000, 5, 10, -5});
 
 }  // namespace
 
-TEST_CASE("a trajectory by rule begins where the replica is and ends where the rule says") {
+TEST_CASE("a trajectory by rule begins where the replica is and ends as the rule has it") {
   const auto end_of = [](const std::string& rule) {
     const auto waypoints = read(rule).waypoints(here);
     CHECK(distance(waypoints.front().pose, here) < 1e-9);
@@ -61,7 +61,7 @@ TEST_CASE("how long a trajectory lasts is known where it does not depend on its 
   CHECK(read("v_bar: {to: 4 m}").duration == 0);
 }
 
-TEST_CASE("a trajectory file stands beside its procedure") {
+TEST_CASE("a trajectory file stands next to its procedure") {
   const auto folder = std::filesystem::temp_directory_path() / "berth-trajectory-test";
   std::filesystem::create_directories(folder);
   std::ofstream(folder / "t.csv") << "t,x,y,z,w,p,r\n0,100,0,5000,5,10,-5\n5,100,0,4900,5,10,-5\n";
@@ -72,7 +72,7 @@ TEST_CASE("a trajectory file stands beside its procedure") {
   CHECK_THAT(refusal("file: {name: nowhere.csv}"), Contains("p.yaml:1") && Contains("nowhere.csv"));
 }
 
-TEST_CASE("a bad trajectory is told by key, what was found and what was expected") {
+TEST_CASE("an error in a trajectory names key, what was found and what was expected") {
   CHECK_THAT(refusal("loop: {}"), Contains("p.yaml:1") && Contains("loop") && Contains("spiral"));
   CHECK_THAT(refusal(""), Contains("expected one of") && Contains("fly_around"));
   CHECK_THAT(refusal("spiral: {radius: 1 m}, drift: {duration: 1 s}"), Contains("one rule"));

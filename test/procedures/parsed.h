@@ -20,8 +20,8 @@ inline Procedure parsed_step(const std::string& step) {
   return parsed_steps("  - acquire: {}\n  - " + step + "\n");
 }
 
-/// What the parser says against a text; empty if nothing.
-inline std::string complaint(const std::string& text, const Overrides& overrides = {}) {
+/// The parser's error for a text; empty: none.
+inline std::string error_of(const std::string& text, const Overrides& overrides = {}) {
   try {
     parse_procedure(text, "p.yaml", overrides);
   } catch (const InputError& e) {
@@ -30,8 +30,8 @@ inline std::string complaint(const std::string& text, const Overrides& overrides
   return "";
 }
 
-inline std::string complaint_about_steps(const std::string& steps) {
-  return complaint(text_of_steps(steps));
+inline std::string error_of_steps(const std::string& steps) {
+  return error_of(text_of_steps(steps));
 }
 
 }  // namespace berth::procedures

@@ -70,7 +70,7 @@ TEST_CASE("a procedure without a teardown stops tracking and switches the lamps 
   CHECK(p.teardown[0].phase == evaluation::teardown_phase);
 }
 
-TEST_CASE("parameters are overridden, and the text as run says so") {
+TEST_CASE("parameters are overridden, and the text as run has them") {
   const Procedure p =
       parse_procedure(good, "p.yaml", {{"speed", "3 cm/s"}, {"start", "[1, 2, 4000, 0, 0, 0]"}});
   CHECK(std::get<Approach>(p.steps[2].verb).speed == Approx(0.03));
@@ -81,23 +81,22 @@ TEST_CASE("parameters are overridden, and the text as run says so") {
   const Procedure again = parse_procedure(p.text, "again.yaml", {{"speed", "3 cm/s"}});
   CHECK(std::get<Approach>(again.steps[2].verb).speed == Approx(0.03));
   CHECK(again.text == p.text);
-  CHECK(complaint(p.text, {{"speed", "4 cm/s"}}).find("as it was run") != std::string::npos);
+  CHECK(error_of(p.text, {{"speed", "4 cm/s"}}).find("as it was run") != std::string::npos);
 }
 
 TEST_CASE("overrides that do not fit are refused") {
-  CHECK(complaint(good, {{"speeed", "1 mm/s"}}) ==
+  CHECK(error_of(good, {{"speeed", "1 mm/s"}}) ==
         "p.yaml: no parameter 'speeed'; there are: speed, start");
-  CHECK(complaint(good, {{"speed", "30 mm"}}) ==
+  CHECK(error_of(good, {{"speed", "30 mm"}}) ==
         "parameter 'speed': found '30 mm', expected a speed such as '20 mm/s'");
-  CHECK(complaint(good, {{"start", "[1, 2]"}}).find("expected a list such as") !=
-        std::string::npos);
-  CHECK(complaint(good, {{"speed", "1 mm/s, standoff: 0 m"}}) ==
+  CHECK(error_of(good, {{"start", "[1, 2]"}}).find("expected a list such as") != std::string::npos);
+  CHECK(error_of(good, {{"speed", "1 mm/s, standoff: 0 m"}}) ==
         "parameter 'speed': found '1 mm/s, standoff: 0 m', expected a speed such as '20 mm/s'");
 }
 
 TEST_CASE("errors name file, line, key and what was expected") {
   const auto with = [](const std::string& from, const std::string& to) {
-    return complaint(replaced(good, from, to));
+    return error_of(replaced(good, from, to));
   };
   CHECK(with("standoff: 3.2 m", "standoff: 3.2 s") ==
         "p.yaml:9: key 'steps[2].approach.standoff': found '3.2 s', expected a length such as "
@@ -131,14 +130,13 @@ TEST_CASE("errors name file, line, key and what was expected") {
 }
 
 TEST_CASE("steps out of order are refused before anything moves") {
-  CHECK(complaint("name: a\nsteps:\n  - approach: {standoff: 3 m, speed: 1 mm/s}\n") ==
+  CHECK(error_of("name: a\nsteps:\n  - approach: {standoff: 3 m, speed: 1 mm/s}\n") ==
         "p.yaml:3: step 'approach' needs an 'acquire' before it");
-  CHECK(
-      complaint("name: a\nsteps:\n  - acquire: {}\n  - stop_tracking:\n  - station_keep: 5 s\n") ==
-      "p.yaml:5: step 'station_keep' needs an 'acquire' before it");
-  CHECK(complaint("name: a\nsteps:\n  - wait: 1 s\nteardown:\n  - acquire: {}\n")
+  CHECK(error_of("name: a\nsteps:\n  - acquire: {}\n  - stop_tracking:\n  - station_keep: 5 s\n") ==
+        "p.yaml:5: step 'station_keep' needs an 'acquire' before it");
+  CHECK(error_of("name: a\nsteps:\n  - wait: 1 s\nteardown:\n  - acquire: {}\n")
             .find("p.yaml:5: step 'acquire' cannot be in the teardown") == 0);
-  CHECK(complaint("name: a\nsteps: []\n").find("expected at least one step") != std::string::npos);
+  CHECK(error_of("name: a\nsteps: []\n").find("expected at least one step") != std::string::npos);
 }
 
 TEST_CASE("the shipped procedures are good") {

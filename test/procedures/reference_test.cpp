@@ -62,18 +62,20 @@ TEST_CASE("whatever a value holds, it is that text wherever it is referred to, a
     CHECK(again.text == p.text);
     Config recorded = Config::parse(p.text, "recorded.yaml");
     CHECK(recorded.section("parameters").text("words") == value);
-    CHECK(complaint(p.text, {{"words", value + "!"}}).find("as it was run") != std::string::npos);
+    CHECK(error_of(p.text, {{"words", value + "!"}}).find("as it was run") != std::string::npos);
   }
 }
 
 TEST_CASE("what no text can hold, or what would be taken for a reference, is no value") {
-  const auto said = [](const std::string& value) { return complaint(remark, {{"words", value}}); };
-  CHECK(said("") == "parameter 'words': found '', expected one value such as 'plain'");
-  CHECK(said("$<pause>").find("expected one value") != std::string::npos);
-  CHECK(said("\xEF\xBB\xBFx").find("byte order mark") != std::string::npos);
-  CHECK(said("a\xEF\xBB\xBFx").find("U+FEFF") != std::string::npos);
-  CHECK(said("\xFF").find("not UTF-8") != std::string::npos);
-  CHECK(said("a\rb").find("lines that end in LF") != std::string::npos);
+  const auto error_of_value = [](const std::string& value) {
+    return error_of(remark, {{"words", value}});
+  };
+  CHECK(error_of_value("") == "parameter 'words': found '', expected one value such as 'plain'");
+  CHECK(error_of_value("$<pause>").find("expected one value") != std::string::npos);
+  CHECK(error_of_value("\xEF\xBB\xBFx").find("byte order mark") != std::string::npos);
+  CHECK(error_of_value("a\xEF\xBB\xBFx").find("U+FEFF") != std::string::npos);
+  CHECK(error_of_value("\xFF").find("not UTF-8") != std::string::npos);
+  CHECK(error_of_value("a\rb").find("lines that end in LF") != std::string::npos);
 }
 
 TEST_CASE("the values of a procedure's own file may hold anything too") {
@@ -148,8 +150,7 @@ TEST_CASE("a call gives values, not pieces of YAML") {
   CHECK(std::get<Prompt>(p.steps.at(1).verb).choices == std::vector<std::string>{"a, b", "c: d"});
 }
 
-TEST_CASE(
-    "what is called is kept to the letter, however it ends, beside the text with its comments") {
+TEST_CASE("a called procedure is kept to the letter, however it ends, with its comments") {
   const TemporaryDirectory folder;
   write_file(folder / "main.yaml", "name: main   # mine\nsteps:\n  - call: part.yaml\n");
   for (const char* end : {"", "\n", "\n\n\n", "\n  # it's\n \n", "\n...\n"}) {
@@ -167,19 +168,19 @@ TEST_CASE(
 TEST_CASE("errors name the line of the user's file, whatever was put in before it") {
   const std::string text =
       "name: t\nparameters:\n  words: x\nsteps:\n  - annotate: ${words}\n  - wait: 1 m\n";
-  CHECK(complaint(text, {{"words", "one\ntwo\nthree"}}).find("p.yaml:6: key 'steps[1].wait'") == 0);
-  CHECK(complaint("name: t\nparameters:\n  pause: 1 s\nsteps:\n  - annotate: x\n"
-                  "  - hold: &h {a: ${pausee}}\n")
+  CHECK(error_of(text, {{"words", "one\ntwo\nthree"}}).find("p.yaml:6: key 'steps[1].wait'") == 0);
+  CHECK(error_of("name: t\nparameters:\n  pause: 1 s\nsteps:\n  - annotate: x\n"
+                 "  - hold: &h {a: ${pausee}}\n")
             .find("p.yaml:6: parameter 'pausee' is not defined; there are: pause") == 0);
-  CHECK(complaint("name: t\nparameters:\n  a: 1 s\n  b: {c: 1}\nsteps:\n  - wait: ${a}\n") ==
+  CHECK(error_of("name: t\nparameters:\n  a: 1 s\n  b: {c: 1}\nsteps:\n  - wait: ${a}\n") ==
         "p.yaml:4: key 'parameters': found 'b: {c: 1}', expected 'name: value'");
-  CHECK(complaint("name: t\nparameters:\n  a: 1 s\nsteps:\n  - wait: ${a}\n  - {${a}: 1}\n")
+  CHECK(error_of("name: t\nparameters:\n  a: 1 s\nsteps:\n  - wait: ${a}\n  - {${a}: 1}\n")
             .find("p.yaml:6: key '$<a>': a key holds no reference") == 0);
 }
 
 TEST_CASE("what follows the end of a procedure's document does not go unread") {
   const std::string whole = "name: t\nsteps:\n  - wait: 1 s\n";
-  CHECK(complaint(whole + "---\ncriteria: []\n").find("p.yaml:4: found a second document") == 0);
+  CHECK(error_of(whole + "---\ncriteria: []\n").find("p.yaml:4: found a second document") == 0);
   // A document's end at the end is no harm: the text as run goes on.
   const Procedure p = parse_procedure(whole + "...\n", "p.yaml");
   CHECK(parse_procedure(p.text, "q.yaml").steps.size() == 1);
@@ -203,12 +204,12 @@ TEST_CASE("anchors, aliases and merges may stand in a procedure, and in what is 
 
 TEST_CASE("long texts end in an error, not in a crash") {
   const std::string many(300000, 'a');
-  CHECK(complaint_about_steps("  - annotate: ${" + many + "}\n").find("is not defined") !=
+  CHECK(error_of_steps("  - annotate: ${" + many + "}\n").find("is not defined") !=
         std::string::npos);
-  CHECK(complaint_about_steps("  - wait_until: " + many + "\n").find("expected a condition") !=
+  CHECK(error_of_steps("  - wait_until: " + many + "\n").find("expected a condition") !=
         std::string::npos);
-  CHECK_FALSE(complaint_about_steps("  - sweep:\n      " + many + ": [1 s]\n      steps:\n" +
-                                    "        - wait: 1 s\n")
+  CHECK_FALSE(error_of_steps("  - sweep:\n      " + many + ": [1 s]\n      steps:\n" +
+                             "        - wait: 1 s\n")
                   .empty());
   CHECK_NOTHROW(parsed_steps("  - sweep:\n      a: {from: 1." + std::string(300000, '0') +
                              " s, to: 1 s, step: 1 s}\n      steps:\n        - wait: 1 s\n"));

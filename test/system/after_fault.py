@@ -40,7 +40,7 @@ def stopping(samples, fault):
     return f"{(braking - fault) / 1e3:.0f}", f"{(standing - fault) / 1e3:.0f}"
 
 def first_words(path, fault):
-    """What the cell said of it; what the supervisor and the procedure did about it comes later."""
+    """The cell's report of it; the reaction of the supervisor and the procedure comes later."""
     if not os.path.exists(path):  # a cell without a procedure
         return ""
     with open(path) as lines:

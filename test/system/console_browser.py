@@ -22,7 +22,7 @@ berth, work, url = sys.argv[1], pathlib.Path(sys.argv[2]), sys.argv[3]
 pictures = pathlib.Path(sys.argv[4]) if len(sys.argv) > 4 else None
 runs = work / "runs"
 
-# What a browser without a graphics card says about itself is no fault of the page.
+# Messages of a browser about its missing graphics card are no fault of the page.
 graphics = re.compile(r"GL Driver Message|GPU stall|swiftshader|WebGL", re.IGNORECASE)
 
 
@@ -104,7 +104,7 @@ class Viewer:
         return self.script("return document.querySelector(arguments[0]).open", dialog)
 
     def say_yes(self):
-        self.until("asked a second time", lambda: self.script("return document.querySelector('#confirm-dialog').open"), 15)
+        self.until("asked for confirmation", lambda: self.script("return document.querySelector('#confirm-dialog').open"), 15)
         text = self.text("#confirm-text")
         self.click("#confirm-yes")
         return text
@@ -142,8 +142,8 @@ class Viewer:
             (pictures / name).write_bytes((work / name).read_bytes())
 
     def check_silence(self):
-        said = [line for line in self.browser.get_log("browser") if not graphics.search(line["message"])]
-        assert not said, f"the browser's console is not silent: {said}"
+        messages = [line for line in self.browser.get_log("browser") if not graphics.search(line["message"])]
+        assert not messages, f"the browser's console is not silent: {messages}"
 
     def close(self):
         self.check_silence()
@@ -198,7 +198,7 @@ def drive(cell):
     time.sleep(4)
     operator.picture("console.png")
 
-    # Held: the arms stand still. Resumed only when asked twice.
+    # Held: the arms stand still. Resumed only after confirmation.
     operator.click("#hold")
     operator.until_procedure("held", 10)
     operator.until("the word for it", lambda: operator.data("#state", "state") == "held", 5)
@@ -266,7 +266,7 @@ def replay(run):
         viewer.until("a replay", lambda: viewer.body("mode") == "replay" and viewer.section("replay").get("length_s"), 60)
         length = viewer.section("replay")["length_s"]
         assert length > 20, length
-        if not viewer.section("replay")["paused"]:  # not as drawn: before the first drawing the bar says paused
+        if not viewer.section("replay")["paused"]:  # not as drawn: before the first drawing the bar shows paused
             viewer.click("#replay-play")
         viewer.until("paused", lambda: viewer.section("replay")["paused"], 10)
         viewer.until("drawn as paused", lambda: viewer.data("#replay-bar", "paused") == "true", 10)
@@ -301,7 +301,7 @@ def run_of(procedure):
     return next(directory for directory in sorted(runs.iterdir()) if directory.name.endswith("_" + procedure))
 
 
-# What is shipped, and a procedure beside it.
+# The shipped procedures, and one more.
 home = work / "home"
 home.mkdir()
 for shipped in pathlib.Path(os.environ["BERTH_HOME"]).iterdir():

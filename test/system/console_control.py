@@ -41,40 +41,40 @@ for text in ("{", '{"type": "command"}', '{"type": "command", "id": 1, "command"
         pass
     rude.close()
 
-# Nobody has control: nothing is obeyed.
-assert page.ask("lamps", sun=0.5)["text"] == "take control first"
-assert "not known" in page.ask("fly")["text"]
-assert page.ask("take_control")["accepted"]
+# Control is free: nothing is obeyed.
+assert page.request("lamps", sun=0.5)["text"] == "take control first"
+assert "not known" in page.request("fly")["text"]
+assert page.request("take_control")["accepted"]
 page.until(page.mine, 5, "control")
-assert page.ask("lamps", sun=0.5)["accepted"]
+assert page.request("lamps", sun=0.5)["accepted"]
 page.until(lambda: abs(page.get("facility").get("sun_lamp", 0) - 0.5) < 0.05, 10, "the lamp")
-assert not page.ask("run", procedure="../config/testbed.yaml")["accepted"]
+assert not page.request("run", procedure="../config/testbed.yaml")["accepted"]
 
 # A procedure, from the page.
-page.insist("run", procedure="free_pose.yaml", parameters={"survey": "60 s", "returns": "500"})
+page.request_and_confirm("run", procedure="free_pose.yaml", parameters={"survey": "60 s", "returns": "500"})
 page.until(lambda: state(page) == 1, 60, "a procedure that runs")
 page.until(page.mine, 10, "control of the procedure")
 page.until(lambda: page.get("procedure")["current_step"] >= 1, 60, "the second step")
 other = Page(port)
 other.until(lambda: other.hello, 10, "a second viewer")
-assert "has control" in other.ask("abort", reason="mine")["text"]
-assert other.ask("hold")["accepted"], "a hold is obeyed, whoever asks"
+assert "has control" in other.request("abort", reason="mine")["text"]
+assert other.request("hold")["accepted"], "a hold is obeyed from every viewer"
 page.until(lambda: state(page) == HELD, 10, "held")
-assert not page.ask("resume", "yes-0")["accepted"]
+assert not page.request("resume", "yes-0")["accepted"]
 page.listen(2)  # to rest
-asked = page.insist("resume")
-assert "free_pose" in asked["text"], asked
+confirmed = page.request_and_confirm("resume")
+assert "free_pose" in confirmed["text"], confirmed
 page.until(lambda: state(page) == 1, 10, "resumed")
 
-# The second viewer takes over, and is lost: the procedure is held, and nobody has control.
-other.insist("take_control")
+# The second viewer takes over, and is lost: the procedure is held, and control is free.
+other.request_and_confirm("take_control")
 page.until(lambda: not page.mine(), 5, "control taken over")
-assert "has control" in page.ask("abort", reason="mine")["text"]
+assert "has control" in page.request("abort", reason="mine")["text"]
 other.close()
 page.until(lambda: state(page) == HELD, 10, "held when its operator is lost")
 page.until(lambda: not page.get("control")["holder"], 5, "control lapsed")
-assert page.ask("take_control")["accepted"]
-assert page.ask("abort", reason="enough")["accepted"]
+assert page.request("take_control")["accepted"]
+assert page.request("abort", reason="enough")["accepted"]
 page.until(lambda: state(page) == FINISHED, 60, "finished")
 outcome = page.get("procedure")["outcome"]
 assert outcome in (ABORTED, "aborted"), outcome

@@ -48,7 +48,7 @@ def main():
         work = pathlib.Path(directory)
         for lag in LAGS_MS:
             config = changed_config(work, lag)
-            # the arms' truth is so much later than it says, and the LIDAR so much earlier than that
+            # the arms' truth is so much later than its stamps, and the LIDAR so much earlier than that
             delay = BELIEVED_MS - lag
             for speed in SPEEDS:
                 runs = [measured(berth, work, config, speed, seed) for seed in range(1, seeds + 1)]

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""documented_commands.py BIN MAKE_CLOUD [PAGE...]: does what the documents say, and has it the effect?
+"""documented_commands.py BIN MAKE_CLOUD [PAGE...]: runs the documented commands and checks their effects
 
 Of each block ```sh or ```console of README.md, CONTRIBUTING.md, examples/README.md, the pages in the
 order of docs/README.md and those of docs/howto. A comment before the block has a line for each of its commands:
@@ -116,7 +116,7 @@ class Homes:
         (run,) = (home / "runs").iterdir()
         run.rename(home / "runs/RUN")
         shutil.copy(home / "runs/RUN/run.lcm", home / "bad.lcm")
-        devices = home / "config/devices.yaml"  # at ports below 1024, where nobody listens
+        devices = home / "config/devices.yaml"  # at ports below 1024, where nothing listens
         devices.write_text(devices.read_text().replace("127.0.0.1:150", "127.0.0.1:1"))
         shutil.copytree(home / "config", home / "my_config")
         shutil.copy(home / "config/layouts/range.yaml", home / "my_config/layouts/my_layout.yaml")
@@ -157,8 +157,10 @@ class Homes:
 
 def judge(homes, home, command, expectation):
     """What is wrong, or nothing."""
-    code, kind, wanted = expectation.split(" ", 2)
-    before = {path: os.stat(path).st_mtime_ns for path in glob.glob(str(home / wanted))} if kind == "file" else {}
+    code, kind, expected = expectation.split(" ", 2)
+    before = {}
+    if kind == "file":
+        before = {path: os.stat(path).st_mtime_ns for path in glob.glob(str(home / expected))}
     try:
         done = homes.call(home, ["bash", "-c", command])
     except subprocess.TimeoutExpired:
@@ -166,10 +168,11 @@ def judge(homes, home, command, expectation):
     output = done.stdout
     if str(done.returncode) not in code.split("|"):
         return f"exit code {done.returncode}, expected {code}\n{output[-2000:]}"
-    if kind == "says" and wanted not in output:
-        return f"its output does not hold '{wanted}'\n{output[-2000:]}"
-    if kind == "file" and all(before.get(path) == os.stat(path).st_mtime_ns for path in glob.glob(str(home / wanted))):
-        return f"makes no file {wanted}\n{output[-2000:]}"
+    if kind == "says" and expected not in output:
+        return f"its output does not hold '{expected}'\n{output[-2000:]}"
+    written = glob.glob(str(home / expected)) if kind == "file" else []
+    if kind == "file" and all(before.get(path) == os.stat(path).st_mtime_ns for path in written):
+        return f"makes no file {expected}\n{output[-2000:]}"
     return ""
 
 

@@ -109,15 +109,15 @@ class Page:
                                    "confirm": confirm}))
         return self.next_id
 
-    def ask(self, name, confirm="", **arguments):
+    def request(self, name, confirm="", **arguments):
         number = self.send(name, arguments, confirm)
         self.until(lambda: number in self.answers, 10, f"an answer to {name}")
         return self.answers.pop(number)
 
-    def insist(self, name, **arguments):
-        """Asks twice, as a person does who says yes."""
-        first = self.ask(name, **arguments)
-        assert not first["accepted"] and first["confirm"], f"{name} was not asked for twice: {first}"
-        second = self.ask(name, first["confirm"], **arguments)
+    def request_and_confirm(self, name, **arguments):
+        """Sends the command and then its confirmation, as a person who answers yes."""
+        first = self.request(name, **arguments)
+        assert not first["accepted"] and first["confirm"], f"{name} needed no confirmation: {first}"
+        second = self.request(name, first["confirm"], **arguments)
         assert second["accepted"], f"{name}: {second}"
         return first

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""truth_nees.py BERTH [SEEDS]: is ground truth as wrong as it says, against the simulated world itself?
+"""truth_nees.py BERTH [SEEDS]: is ground truth's covariance consistent with the simulated world?
 
 Flies procedures/library/fast_trajectory.yaml in the twin and divides the squared error of GROUND_TRUTH against
 world_truth.lcm by truth's covariance: chi squared, 6 per sample. In cells of three kinds:
 - lab: the world that users are in, geometry and clocks both, with truth as it is configured.
 - claimed: mounts, joint zeros and reports wrong by what config/calibration.yaml claims of a nominal cell, and
   controllers whose clocks are off and drift. The mounts outweigh the rest.
-- motion: the geometry is exact and truth knows it. What is left are the encoders, as coarse as config/devices.yaml
-  claims, the clocks and the arms' reports: the time terms, beside which the mounts do not hide.
+- motion: the geometry is exact, in truth's model too. What is left are the encoders, as coarse as config/devices.yaml
+  claims, the clocks and the arms' reports: the time terms, not hidden by the mounts'.
 One sample of each world at rest, one at speed, one where the speed changes most; of the two last also the error along
 the motion alone, where a time error is (chi squared of one, 1 per sample). Exit code 1 where a mean is outside the
 99.8 % bounds of as many worlds.
@@ -188,8 +188,8 @@ def main():
                 means = [sum(column) / seeds for column in zip(*found)]
                 # Truth takes neighbours' encoders to be wrong alike; here they are not while the arms move, and
                 # interpolating averages them: (s^2 + (1 - s)^2) of the variance, 2/3 in the mean.
-                least = (1, *4 * (2 / 3,)) if name == "motion" else 5 * (1,)
-                wrong = [not share * low <= mean <= high for mean, share, (low, high) in zip(means, least, allowed)]
+                minima = (1, *4 * (2 / 3,)) if name == "motion" else 5 * (1,)
+                wrong = [not share * low <= mean <= high for mean, share, (low, high) in zip(means, minima, allowed)]
                 print(f"{name:<8} {speed:>4} mm/s" + "".join(f" {mean:>8.2f}{'!' if bad else ' '}" for mean, bad in
                                                            zip(means, wrong)), flush=True)
                 failed = failed or any(wrong)

@@ -13,13 +13,13 @@ namespace {
 
 /// An arm whose controller plays set-points of 60 Hz out a dead time late and reports at 125 Hz.
 struct Follower {
-  explicit Follower(double greatest_speed) : speed(greatest_speed) {
+  explicit Follower(double max_speed) : speed(max_speed) {
     watch.begin();
     for (Utime t = start; t < start + second; t += step) tick(t);  // at rest first
   }
 
-  /// Joints told at t: all but the last swing, each in its own time, none faster than `speed`.
-  Joints told(Utime t) const {
+  /// Joints commanded at t: all but the last swing, each in its own time, none faster than `speed`.
+  Joints commanded(Utime t) const {
     Joints joints{};
     const double s = phase_at(t);
     for (std::size_t i = 0; i < 5; ++i) {
@@ -41,9 +41,9 @@ struct Follower {
     pace += std::clamp((t < start + second || rests ? 0.0 : 1.0) - pace, -change, change);
     phases.push_back((phases.empty() ? 0 : phases.back()) + pace * seconds(step));
     dead_time += static_cast<Utime>(std::llround(dead_time_rate * static_cast<double>(step)));
-    if (t % 16000 < step) commands.add(t, {told(t), {}});
+    if (t % 16000 < step) commands.add(t, {commanded(t), {}});
     if (t % 8000 >= step) return std::nullopt;
-    Joints reported = told(t - dead_time);
+    Joints reported = commanded(t - dead_time);
     reported[0] += astray;
     return watch.check(t, 0.001, reported, commands);
   }
@@ -72,7 +72,7 @@ struct Follower {
   Utime now = start;
 };
 
-TEST_CASE("an arm that follows is believed whatever its controller's dead time, which is found") {
+TEST_CASE("an arm that follows passes whatever its controller's dead time, which is estimated") {
   const Utime dead_time = GENERATE(20, 150, 400) * millisecond;
   const double speed = radians(GENERATE(1.0, 10.0, 40.0));
   INFO(dead_time << " us, " << degrees(speed) << " deg/s");

@@ -43,7 +43,7 @@ struct Bench {
   }
 
   /// m/s of a straight path at which the motion just passes the check, so shared out.
-  double greatest_speed(const Pose& goal, const RedundancyResolution& resolution) const {
+  double max_speed(const Pose& goal, const RedundancyResolution& resolution) const {
     double low = 0;
     double high = 2;
     for (int i = 0; i < 10; ++i) {

@@ -107,9 +107,9 @@ class MadeWorld {
     for (int i = 0; i < 201; ++i) {
       const ArmPair joints = configuration();
       const Pose truth = world.relative_pose(joints.replica, joints.sensor);
-      const Pose believed = cell.relative_pose(joints.replica, joints.sensor);
-      position.push_back(distance(truth, believed));
-      rotation.push_back(angle_between(truth, believed));
+      const Pose modelled = cell.relative_pose(joints.replica, joints.sensor);
+      position.push_back(distance(truth, modelled));
+      rotation.push_back(angle_between(truth, modelled));
     }
     std::nth_element(position.begin(), position.begin() + 100, position.end());
     std::nth_element(rotation.begin(), rotation.begin() + 100, rotation.end());

@@ -28,7 +28,7 @@ TEST_CASE("from scans alone a wrong cell is found out, and its clocks") {
   }
 }
 
-TEST_CASE("the covariance says how wrong the calibrated cell is") {
+TEST_CASE("the covariance is consistent with the calibrated cell's error") {
   // normalised squared errors of truth, 6 each, over poses and worlds
   double sum = 0;
   int count = 0;
@@ -53,7 +53,7 @@ TEST_CASE("the covariance says how wrong the calibrated cell is") {
   CHECK(sum / count < 12);
 }
 
-TEST_CASE("what scans cannot tell is named") {
+TEST_CASE("unobservable parameters are named") {
   MadeWorld world(3, 0.3);
   CalibrationProblem problem{world.nominal, world.prior, {}, 0.0005};
   problem.runs.push_back(world.run(60, 40, 0.3e-3, radians(0.01)));

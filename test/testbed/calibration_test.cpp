@@ -79,7 +79,7 @@ TEST_CASE("a calibrated arm's inverse leads back to its pose") {
   CHECK(found > 190);
 }
 
-TEST_CASE("a calibration file gives back what was written, whatever cannot be told apart") {
+TEST_CASE("a calibration file gives back what was written, whatever is unobservable") {
   TemporaryDirectory directory;
   Random random(7, "calibration file");
   Calibration calibration;
@@ -127,7 +127,7 @@ TEST_CASE("a calibration file is read strictly") {
   }
   const auto file = directory / "calibration.yaml";
   const std::string text = text_of(calibration);
-  const auto complaint = [&](const std::string& from, const std::string& to) -> std::string {
+  const auto error_of = [&](const std::string& from, const std::string& to) -> std::string {
     std::string changed = text;
     const auto at = changed.find(from);
     REQUIRE(at != std::string::npos);
@@ -140,10 +140,10 @@ TEST_CASE("a calibration file is read strictly") {
     }
     return "none";
   };
-  CHECK(complaint("basis: scans", "basis: nominal").find("basis") != std::string::npos);
-  CHECK(complaint("base.x:", "base.u:").find("base.x") != std::string::npos);
-  CHECK(complaint("value: 0 mm", "value: 0 ms").find("length") != std::string::npos);
-  CHECK(complaint("  - [0]", "  - [0,0]").find("row 1") != std::string::npos);
+  CHECK(error_of("basis: scans", "basis: nominal").find("basis") != std::string::npos);
+  CHECK(error_of("base.x:", "base.u:").find("base.x") != std::string::npos);
+  CHECK(error_of("value: 0 mm", "value: 0 ms").find("length") != std::string::npos);
+  CHECK(error_of("  - [0]", "  - [0,0]").find("row 1") != std::string::npos);
 }
 
 TEST_CASE("without a file the nominal cell is what truth rests on") {

@@ -6,7 +6,7 @@
 namespace berth::testbed {
 namespace {
 
-std::string complaint(const std::string& text) {
+std::string error_of(const std::string& text) {
   try {
     parse_tracker_file(text, "t.csv", load_tracker_setup("config/tracker.yaml"));
   } catch (const InputError& e) {
@@ -26,13 +26,13 @@ TEST_CASE("a tracker's file is read by its header, comments and other columns pa
   CHECK(lines[1].reflector == 0);
 }
 
-TEST_CASE("what is wrong in a tracker's file is named with its line") {
-  CHECK(complaint("") == "t.csv:0: found no header, expected time,point,x,y,z");
-  CHECK(complaint("time,x,y,z\n").find("t.csv:1: found no column 'point'") == 0);
-  CHECK(complaint("time,point,x,y,z\n1,S1,2,3\n").find("t.csv:2: found 4 columns") == 0);
-  CHECK(complaint("time,point,x,y,z\n1,S9,2,3,4\n").find("found 'S9'") != std::string::npos);
-  CHECK(complaint("time,point,x,y,z,w,p,r\n").find("t.csv:1: found a column 'w'") == 0);
-  CHECK(complaint("time,point,x,y,z\n1,S1,2,3,nan\n").find("z: found 'nan'") != std::string::npos);
+TEST_CASE("errors in a tracker's file are named with their line") {
+  CHECK(error_of("") == "t.csv:0: found no header, expected time,point,x,y,z");
+  CHECK(error_of("time,x,y,z\n").find("t.csv:1: found no column 'point'") == 0);
+  CHECK(error_of("time,point,x,y,z\n1,S1,2,3\n").find("t.csv:2: found 4 columns") == 0);
+  CHECK(error_of("time,point,x,y,z\n1,S9,2,3,4\n").find("found 'S9'") != std::string::npos);
+  CHECK(error_of("time,point,x,y,z,w,p,r\n").find("t.csv:1: found a column 'w'") == 0);
+  CHECK(error_of("time,point,x,y,z\n1,S1,2,3,nan\n").find("z: found 'nan'") != std::string::npos);
 }
 
 }  // namespace

@@ -17,7 +17,8 @@ Pose sensor_at(double t) {
           rotation_from_vector(Vector3d(0.01, 0.03, 0.02) * t * t)};
 }
 
-std::vector<inertial_motion_t> told(ChaserMotion& motion, std::int64_t from, std::int64_t until) {
+std::vector<inertial_motion_t> published(ChaserMotion& motion, std::int64_t from,
+                                         std::int64_t until) {
   std::vector<inertial_motion_t> messages;
   for (std::int64_t t = from; t < until; t += step) {
     const auto message = motion.add(t, sensor_at(1e-6 * static_cast<double>(t)).inverse());
@@ -32,9 +33,9 @@ Velocity velocity_at(std::int64_t utime) {
   return velocity_between(sensor_at(t - 1e-4), sensor_at(t + 1e-4), 2e-4);
 }
 
-TEST_CASE("what guidance commands is told as the chaser's instruments would tell it") {
+TEST_CASE("the commanded motion is published as the chaser's instruments would measure it") {
   ChaserMotion motion;
-  const auto messages = told(motion, 1000000, 3000000);
+  const auto messages = published(motion, 1000000, 3000000);
   REQUIRE(messages.size() > 20);
   Vector3d sum = Vector3d::Zero();
   for (std::size_t i = 0; i < messages.size(); ++i) {
@@ -55,10 +56,10 @@ TEST_CASE("what guidance commands is told as the chaser's instruments would tell
   CHECK((sum - in_all).norm() < 1e-4);
 }
 
-TEST_CASE("of a gap between set-points nothing is told") {
+TEST_CASE("nothing is published across a gap between set-points") {
   ChaserMotion motion;
-  const std::int64_t last = told(motion, 1000000, 2000000).back().utime;
-  const auto messages = told(motion, 2500000, 3000000);
+  const std::int64_t last = published(motion, 1000000, 2000000).back().utime;
+  const auto messages = published(motion, 2500000, 3000000);
   REQUIRE(!messages.empty());
   CHECK(last < 2000000);
   CHECK(messages.front().utime - messages.front().interval_us > 2500000);

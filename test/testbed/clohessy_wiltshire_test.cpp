@@ -97,9 +97,9 @@ TEST_CASE("a passively safe burn: left alone, the chaser never comes nearer agai
     // around the target at 2 to 30 m, closing or drifting at up to 20 cm/s
     const Vector3d direction = random.normal_vector(1.0).normalized();
     const HillState state{random.uniform(2.0, 30.0) * direction, random.normal_vector(0.05)};
-    const double greatest = 0.05;
-    const Vector3d burn = passively_safe_burn(state, orbit_rate, 0.1, greatest);
-    const double time = burn.lpNorm<Eigen::Infinity>() / greatest;
+    const double max_acceleration = 0.05;
+    const Vector3d burn = passively_safe_burn(state, orbit_rate, 0.1, max_acceleration);
+    const double time = burn.lpNorm<Eigen::Infinity>() / max_acceleration;
     const HillState burnt = propagated(state, burn / time, orbit_rate, time);
     const double there = burnt.position.norm();
     CHECK(burnt.velocity.dot(burnt.position.normalized()) > 0.08);
@@ -140,29 +140,29 @@ TEST_CASE("a chaser has no more thrust than it has, along each axis of its own")
   CHECK(chaser.propellant() == Approx(800 * chaser.delta_v_orbit() / (220 * 9.80665)));
 }
 
-TEST_CASE("thrusters give their least impulse or nothing, and nothing is lost of what is wanted") {
+TEST_CASE("thrusters give their minimum impulse or nothing, and the requested impulse is kept") {
   RelativeLimits limits;
   limits.acceleration = 1;
   const Pose start = pose_from_xyzwpr({0, 0, 4000, 0, 0, 0}).inverse();
   GuidanceProfile coarse = vehicle(40);
   coarse.vehicle.shortest_burn = 0.02;  // of 0.05 m/s^2: 1 mm/s of orbit, 0.4 mm/s of the cell
-  const auto asked = [&](const GuidanceProfile& profile, auto wanted) {
+  const auto velocity_gained = [&](const GuidanceProfile& profile, auto requested) {
     Chaser chaser(profile, limits, start);
     for (int i = 0; i < 600; ++i) {
-      chaser.coast(1.0 / 60, Vector3d(wanted(i), 0, 0), Vector3d::Zero());
+      chaser.coast(1.0 / 60, Vector3d(requested(i), 0, 0), Vector3d::Zero());
     }
     for (int i = 0; i < 120; ++i) chaser.coast(1.0 / 60, Vector3d::Zero(), Vector3d::Zero());
     return chaser.delta_v_orbit();
   };
   const auto steady = [](int) { return 1e-3; };  // for 10 s of the cell: 25 mm/s of orbit
-  CHECK(asked(vehicle(40), steady) == Approx(0.025).epsilon(1e-3));
-  CHECK(asked(coarse, steady) == Approx(0.025).margin(1.01e-3));
+  CHECK(velocity_gained(vehicle(40), steady) == Approx(0.025).epsilon(1e-3));
+  CHECK(velocity_gained(coarse, steady) == Approx(0.025).margin(1.01e-3));
   const auto little = [](int i) { return i < 20 ? 1e-3 : 0.0; };
-  CHECK(asked(vehicle(40), little) > 8e-4);
-  CHECK(asked(coarse, little) == 0);
+  CHECK(velocity_gained(vehicle(40), little) > 8e-4);
+  CHECK(velocity_gained(coarse, little) == 0);
   const auto to_and_fro = [](int i) { return i % 20 < 10 ? 1e-3 : -1e-3; };
-  CHECK(asked(vehicle(40), to_and_fro) > 5e-3);
-  CHECK(asked(coarse, to_and_fro) == 0);
+  CHECK(velocity_gained(vehicle(40), to_and_fro) > 5e-3);
+  CHECK(velocity_gained(coarse, to_and_fro) == 0);
 }
 
 TEST_CASE("a chaser that coasts follows its orbit, scaled to the cell") {

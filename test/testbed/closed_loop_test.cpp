@@ -14,8 +14,8 @@ namespace {
 
 using Catch::Matchers::Contains;
 
-/// The testbed on the twin's bus, with an ear for GUIDANCE_STATE, and an outside GNC that says the
-/// same set-point ten times a second.
+/// The testbed on the twin's bus, with a subscription to GUIDANCE_STATE, and an outside GNC that
+/// publishes the same set-point ten times a second.
 struct GuidedCell : FakeCell {
   explicit GuidedCell(const std::filesystem::path& config = "config") : FakeCell("range", config) {
     loop = &simulation.make_loop();
@@ -23,14 +23,14 @@ struct GuidedCell : FakeCell {
     bus->subscribe<guidance_state_t>(channels::guidance_state, Queue::fifo(),
                                      [this](const guidance_state_t& m) { states.push_back(m); });
     loop->every(100 * millisecond, [this] {
-      if (steers) say();
+      if (steers) publish_setpoint();
     });
     take_lease();
     REQUIRE(finished(send(move_to({0, 0, 4800, 0, 0, 0}, 0.3)), 60));
     estimator->silent = false;
     run_for(3.0);
   }
-  void say() {
+  void publish_setpoint() {
     guidance_setpoint_t message{};
     message.utime = now();
     message.seq = ++seq;
@@ -82,7 +82,7 @@ struct GuidedCell : FakeCell {
   std::int64_t seq = 0;
 };
 
-TEST_CASE("an approach by a profile ends before the docking interface, told 10 times a second") {
+TEST_CASE("an approach by a profile ends before the docking interface, reported at 10 Hz") {
   GuidedCell cell;
   const std::int64_t seq = cell.send(cell.approach("v_bar"));
   cell.run_for(5.0);
@@ -110,7 +110,7 @@ TEST_CASE("a target that turns during the approach is followed; the arms deliver
   GuidedCell::turn_target(command, radians(25.0) * Vector3d(0.3, 1, 0.2).normalized(), 20);
   const std::int64_t seq = cell.send(command);
   cell.run_for(6.0);
-  // at first nothing but the estimate knows of it
+  // at first only the estimate shows it
   const double seen = angle_between(cell.relative(), Pose{});
   CHECK(seen > radians(0.5));
   REQUIRE(cell.finished(seq, 120));
@@ -272,16 +272,16 @@ TEST_CASE("an outside GNC steers by set-points, and only as long as they last") 
   CHECK(cell.state.state == testbed_state_t::IDLE);
 }
 
-TEST_CASE("set-points of another session, of somebody else, or late ones move nothing") {
+TEST_CASE("set-points of another session, of another sender, or late ones move nothing") {
   GuidedCell cell;
   cell.velocity = Vector3d(0, 0, 0.05);
   cell.steers = true;
-  SECTION("nobody has asked for an outside GNC") { cell.run_for(1.0); }
+  SECTION("no outside GNC was requested") { cell.run_for(1.0); }
   SECTION("another session") {
     cell.setpoint_session = test_session - 1;
     cell.send(cell.guided());
   }
-  SECTION("somebody else") {
+  SECTION("another sender") {
     cell.by = "somebody";
     cell.send(cell.guided());
   }

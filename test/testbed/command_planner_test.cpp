@@ -72,7 +72,7 @@ TEST_CASE("a move that is only too fast passes at the speed that its refusal nam
   CHECK(refused > 3);
 }
 
-TEST_CASE("a trajectory that is only too fast passes when it lasts as much longer as told") {
+TEST_CASE("a trajectory that is only too fast passes when it lasts as much longer as reported") {
   Commands bench(0.8);
   testbed_command2_t command{};
   command.command = testbed_command2_t::TRAJECTORY;

@@ -27,8 +27,8 @@ namespace berth {
 
 inline constexpr std::int64_t test_session = 77;
 
-/// An ideal arm and its driver: takes set-points between START and HOLD, is where it was told to be
-/// a dead time later.
+/// An ideal arm and its driver: takes set-points between START and HOLD, is where it was commanded
+/// to be a dead time later.
 class FakeArm final : public Node {
  public:
   FakeArm(ArmRole role, const Joints& joints, Bus& bus, Loop& loop)
@@ -54,9 +54,9 @@ class FakeArm final : public Node {
   bool silent = false;
   bool valid = true;
   bool stuck = false;
-  bool deaf = false;  ///< hears no command
+  bool unresponsive = false;  ///< receives no command
   Utime controller_time = 0;
-  double jump = 0;      ///< rad that it reports its joints beside where they are
+  double jump = 0;      ///< rad, error of its reported joints
   double override = 1;  ///< that its controller reports
   int holds = 0;
   int starts = 0;
@@ -67,7 +67,7 @@ class FakeArm final : public Node {
  private:
   void on(const arm_command_t& command) {
     const bool stops = command.action == arm_command_t::HOLD;
-    if (deaf || command.session != test_session) return;
+    if (unresponsive || command.session != test_session) return;
     if (now() > command.utime_expires && !stops) return;
     switch (command.action) {
       case arm_command_t::START:
@@ -155,7 +155,7 @@ class FakeFacility final : public Node {
   Loop::TimerId timer_;
 };
 
-/// Says once a second where the replica is, half a second ago, as truly as asked.
+/// Reports once a second where the replica is, half a second ago, with the error set by the test.
 class FakeEstimator final : public Node {
  public:
   FakeEstimator(const Cell& cell, FakeArm& replica, FakeArm& sensor, Bus& bus, Loop& loop)
@@ -219,7 +219,7 @@ class FakeLidar final : public Node {
   using Node::Node;
 };
 
-/// The testbed node with ideal partners on the twin's bus, and a commander who keeps his lease.
+/// The testbed node with ideal partners on the twin's bus, and a commander that keeps its lease.
 class FakeCell {
  public:
   explicit FakeCell(const std::string& layout = "range",

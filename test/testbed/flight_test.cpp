@@ -224,7 +224,7 @@ TEST_CASE("the last stretch is flown at the speed of contact") {
   CHECK(bench.flight->report().phase == Doing::contact);
 }
 
-TEST_CASE("lost, stale, ambiguous or unbelievable: held for a while, then back from the target") {
+TEST_CASE("lost, stale, ambiguous or implausible: held for a while, then back from the target") {
   for (const std::string name : {"docking_axis", "v_bar"}) {
     for (const std::string what : {"lost", "ambiguous", "stale", "wrong"}) {
       INFO(name << ", " << what);

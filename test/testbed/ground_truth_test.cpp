@@ -15,7 +15,7 @@ const Cell& range_cell() {
   return cell;
 }
 
-/// Nothing of the cell is in doubt.
+/// A cell without uncertainty.
 const Calibration& certain() {
   static const Calibration calibration;
   return calibration;
@@ -139,7 +139,7 @@ TEST_CASE("the readings' covariance is what random errors of joints and times ma
     sum += d * d.transpose();
   }
   sum /= trials;
-  // every direction within what so many trials can tell
+  // every direction within the sampling error of so many trials
   const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(covariance);
   CHECK(solver.eigenvalues().minCoeff() > 0);
   const Matrix6d root = solver.operatorInverseSqrt();

@@ -108,10 +108,10 @@ TEST_CASE("an approach is refused without a good estimate, or from within the st
   CHECK_THAT(*reason, Contains("s old"));
   reason = flight.guidance.approach(
       flight.now, start * Pose{Vector3d(0.4, 0, 0), Quaterniond::Identity()}, 4.0, limits);
-  CHECK_FALSE(reason);  // the history says where the arms really were told to be
+  CHECK_FALSE(reason);  // the history has the commanded positions of the arms
 }
 
-TEST_CASE("the estimate is flown by wherever the arms were told to be") {
+TEST_CASE("the estimate is flown by wherever the arms were commanded to be") {
   Flight flight(start);
   flight.seen = [](const Pose& pose) {
     return pose * Pose{Vector3d(0.1, 0.2, -0.4), rotation_from_vector(Vector3d(0, 0.4, 0.1))};
@@ -129,9 +129,9 @@ TEST_CASE("the estimate is flown by wherever the arms were told to be") {
 TEST_CASE("an estimate is taken as it is, and worked off at the speed of corrections") {
   Flight flight(start);
   REQUIRE_FALSE(flight.guidance.keep(flight.now, start, start, {}));
-  Pose beside = start;
-  beside.position.x() += 0.015;
-  Estimate estimate{flight.now - 10000, beside, true, "good"};
+  Pose displaced = start;
+  displaced.position.x() += 0.015;
+  Estimate estimate{flight.now - 10000, displaced, true, "good"};
   estimate.dead_time = 150000;
   flight.guidance.on_estimate(estimate);
   Pose last = start;

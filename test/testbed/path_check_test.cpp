@@ -130,7 +130,7 @@ TEST_CASE("clearance finds the nearest pair that all pairs would give") {
   }
 }
 
-TEST_CASE("two arms that meet are seen to meet, and bodies move no further than the bound says") {
+TEST_CASE("two arms that meet are seen to meet, and bodies move no further than the bound") {
   Bench bench;
   CHECK(bench.clearance.min_distance(bench.home) > 0.3);
   Random random(4, "bound");

@@ -57,7 +57,7 @@ TEST_CASE("one that begins under way is brought from rest, on its own path") {
   }
 }
 
-TEST_CASE("a bad trajectory file is told by line, what was found and what was expected") {
+TEST_CASE("an error in a trajectory file names line, what was found and what was expected") {
   const std::string head = "t,x,y,z,w,p,r\n0,0,0,5000,0,0,0\n";
   CHECK_THAT(refusal("a,b\n"), Contains("f.csv:1") && Contains("t,x,y,z,w,p,r"));
   CHECK_THAT(refusal("t,x,y,z,w,p\n"), Contains("'r' is missing"));

@@ -11,7 +11,7 @@
 namespace berth::testbed {
 namespace {
 
-/// Where two arms may be asked to bring the replica: in front of the sensor, turned by up to
+/// Where two arms may be commanded to bring the replica: in front of the sensor, turned by up to
 /// `turn`.
 Pose random_goal(const Bench& bench, double turn, Random& random) {
   Pose goal = bench.home_pose();
@@ -44,7 +44,7 @@ struct Figures {
     const Ease ease = bench.ease(*plan.motion);
     joint.push_back(degrees(ease.joint));
     manipulability.push_back(ease.manipulability);
-    speed.push_back(1e3 * bench.greatest_speed(goal, plan.resolution));
+    speed.push_back(1e3 * bench.max_speed(goal, plan.resolution));
   }
   void print(const char* how, double turn, int paths) const {
     std::printf(

@@ -25,18 +25,18 @@ Deviation from_way(const Cell& cell, const std::vector<ArmPair>& way, const ArmP
   }
   const std::size_t first = nearest == 0 ? 0 : nearest - 1;
   const std::size_t last = std::min(nearest + 1, way.size() - 1);
-  Deviation least{1, 1, 1};
+  Deviation nearest_deviation{1, 1, 1};
   for (std::size_t i = first; i < last; ++i) {
     for (int k = 0; k <= 50; ++k) {
       const ArmPair there = blend(way[i], way[i + 1], k / 50.0);
       const double joint = max_change(there, arms);
-      if (joint >= least.joint) continue;
+      if (joint >= nearest_deviation.joint) continue;
       const Pose pose = cell.relative_pose(arms.replica, arms.sensor);
       const Pose flown = cell.relative_pose(there.replica, there.sensor);
-      least = {distance(pose, flown), angle_between(pose, flown), joint};
+      nearest_deviation = {distance(pose, flown), angle_between(pose, flown), joint};
     }
   }
-  return least;
+  return nearest_deviation;
 }
 
 Waypoints random_trajectory(Random& random, int kind, const Pose& from) {
@@ -70,7 +70,7 @@ Waypoints random_trajectory(Random& random, int kind, const Pose& from) {
   }
 }
 
-TEST_CASE("a retreat keeps to the trail that was flown, to its beginning") {
+TEST_CASE("a retreat keeps to the trajectory that was flown, to its beginning") {
   const Bench bench;
   Random random(17, "retreat");
   Deviation worst;
@@ -82,15 +82,15 @@ TEST_CASE("a retreat keeps to the trail that was flown, to its beginning") {
     const auto* plan = std::get_if<MotionPlanner::Plan>(&planned);
     if (plan == nullptr) continue;  // the arms cannot: nothing to come back from
     ++flown;
-    TrajectoryHistory trail(bench.cell);
-    trail.begin(bench.home);
+    TrajectoryHistory history(bench.cell);
+    history.begin(bench.home);
     std::vector<ArmPair> way{bench.home};
     const double until = random.uniform(0.3, 1) * path->duration();
     for (double t = period; t < until; t += period) {
       way.push_back(plan->motion->at(t, way.back(), nullptr).value());
-      trail.add(way.back());
+      history.add(way.back());
     }
-    const auto back = trail.way_back(way.back(), bench.settings.motion);
+    const auto back = history.way_back(way.back(), bench.settings.motion);
     const auto refused = bench.check.check(*back, way.back());
     CHECK((refused ? refused->text : "") == "");
     ArmPair arms = way.back();

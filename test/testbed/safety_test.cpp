@@ -31,7 +31,7 @@ struct Watch {
   Level level(bool engaged = true) { return supervisor.judge(now, {engaged, false}).level; }
 };
 
-TEST_CASE("nothing moves before everybody has been heard") {
+TEST_CASE("nothing moves before messages of every node have come") {
   Watch watch;
   CHECK(watch.level() == Level::not_ready);
   for (const ArmRole role : both_arms) {
@@ -50,10 +50,10 @@ TEST_CASE("silence holds after its limit, and only then") {
   Watch watch;
   watch.all_well();
   CHECK(watch.level() == Level::good);
-  const std::int64_t heard = watch.now;
-  watch.now = heard + 150000;
+  const std::int64_t received_at = watch.now;
+  watch.now = received_at + 150000;
   CHECK(watch.level() == Level::good);
-  watch.now = heard + 150001;
+  watch.now = received_at + 150001;
   CHECK(watch.level() == Level::hold);
   CHECK(watch.supervisor.judge(watch.now, {true, false}).code == "heartbeat-lost");
   watch.supervisor.on_heartbeat("arm-driver-replica", watch.now);
@@ -66,7 +66,7 @@ TEST_CASE("silence holds after its limit, and only then") {
   CHECK(watch.level() == Level::good);
 }
 
-TEST_CASE("what must be put right by hand outranks silence") {
+TEST_CASE("conditions that need a reset by hand outrank silence") {
   Watch watch;
   watch.all_well();
   watch.supervisor.on_facility(watch.now, true, false, true, true, "");
@@ -185,9 +185,7 @@ TEST_CASE("reports that cannot be") {
       CHECK(wrong->code == "arm-jumped");
     }
   }
-  SECTION("after a long silence nothing is said of the way") {
-    CHECK_FALSE(next(5 * second, 0, 1.5));
-  }
+  SECTION("after a long silence the way is not judged") { CHECK_FALSE(next(5 * second, 0, 1.5)); }
   SECTION("a clock that goes back") {
     report.controller_time = 0;
     report.utime += 8 * millisecond;
@@ -217,11 +215,11 @@ TEST_CASE("an estimate is measured against truth of its time, with the uncertain
   };
   CHECK_FALSE(wrong_by(0.10, 0.005));
   CHECK(wrong_by(0.13, 0.005));
-  CHECK_FALSE(wrong_by(0.13, 0.02));  // it says so itself
+  CHECK_FALSE(wrong_by(0.13, 0.02));  // its covariance covers it
   CHECK(wrong_by(0.5, 0.02));
   watch.forget();
   CHECK_FALSE(watch.contradiction());
-  SECTION("truth of another time says nothing") {
+  SECTION("truth of another time is not used") {
     EstimateWatch::Position estimate;
     estimate.utime = truth.utime + second;
     watch.on_estimate(estimate);
@@ -241,7 +239,7 @@ TEST_CASE("where arms would stand: a reaction further, and the way to brake") {
   CHECK(place.replica[1] == now.replica[1]);
 }
 
-TEST_CASE("the lease is for one, as long as he is heard") {
+TEST_CASE("the lease is held by one commander, while its messages come") {
   Lease lease(2000000);
   CHECK_FALSE(lease.held(0));
   CHECK(lease.take("a", 0));

@@ -11,7 +11,7 @@ using Catch::Matchers::Contains;
 
 const Xyzwpr start_pose{100, -100, 5500, 10, 8, -12};
 
-TEST_CASE("a move brings the replica where it was asked, with both arms, and says so") {
+TEST_CASE("a move brings the replica to the commanded pose, with both arms, and reports it") {
   FakeCell cell;
   REQUIRE(cell.state.state == testbed_state_t::IDLE);
   cell.take_lease();
@@ -143,8 +143,7 @@ TEST_CASE("a controller's speed override slows the motion of both arms down, on 
   REQUIRE(cell.finished(seq, 60));
 }
 
-TEST_CASE(
-    "the speed of a motion under way is changed smoothly, on its path, by who keeps the lease") {
+TEST_CASE("the speed of a motion under way is changed smoothly, on its path, by its lease holder") {
   FakeCell cell;
   cell.take_lease();
   const Pose from = cell.relative();
@@ -316,7 +315,7 @@ TEST_CASE("an approach by the estimate alone ends at the standoff, whatever the 
   FakeCell cell;
   cell.take_lease();
   REQUIRE(cell.finished(cell.send(cell.move_to(start_pose)), 30));
-  // the world is as the estimate says: 8 mm and 0.2 degrees from nominal, constant
+  // the world is as estimated: 8 mm and 0.2 degrees from nominal, constant
   cell.estimator->offset << 0.005, -0.004, 0.006, 0.002, -0.002, 0.003;
   cell.estimator->silent = false;
   cell.run_for(3.0);
@@ -387,7 +386,7 @@ TEST_CASE("a stale or lost estimate holds the approach; good ones let it go on")
     CHECK(cell.state.state == testbed_state_t::HELD);
     cell.estimator->silent = false;
     cell.run_for(5.0);
-    CHECK(cell.state.state == testbed_state_t::HELD);  // a person must say so
+    CHECK(cell.state.state == testbed_state_t::HELD);  // it needs a person's command
     cell.send(testbed_command2_t::RESUME);
     REQUIRE(cell.finished(seq, 60));
   }
@@ -400,7 +399,7 @@ TEST_CASE("a stale or lost estimate holds the approach; good ones let it go on")
     REQUIRE(cell.finished(seq, 60));
     CHECK(cell.surface_distance() == Approx(4.8).margin(0.01));
   }
-  SECTION("sure of itself without a covariance: held at once") {
+  SECTION("certain without a covariance: held at once") {
     cell.estimator->variance = GENERATE(std::numeric_limits<double>::quiet_NaN(), 0.0, -1e-6);
     cell.run_for(2.5);
     CHECK(cell.state.state == testbed_state_t::HOLDING);
@@ -443,13 +442,13 @@ TEST_CASE("a stale or lost estimate holds the approach; good ones let it go on")
 
 TEST_CASE("only the holder of the lease moves the arms") {
   FakeCell cell;
-  SECTION("nobody holds it") {
+  SECTION("not held") {
     const std::int64_t seq = cell.send(cell.move_to(start_pose));
     cell.run_for(0.5);
     CHECK(cell.state.refused_seq == seq);
     CHECK_THAT(cell.state.refusal, Contains("lease"));
   }
-  SECTION("somebody else holds it") {
+  SECTION("held by another") {
     cell.take_lease();
     testbed_command2_t other = cell.move_to(start_pose);
     other.commander = "other";
@@ -463,7 +462,7 @@ TEST_CASE("only the holder of the lease moves the arms") {
     CHECK(cell.state.refused_seq == take.seq);
     CHECK(cell.state.lease_holder == "test");
     CHECK(cell.replica->setpoints == 0);
-    // but anybody may stop them
+    // but every commander may stop them
     const std::int64_t move = cell.send(cell.move_to({0, 0, 5000, 0, 0, 0}));
     cell.run_for(2.0);
     CHECK(cell.state.command_seq == move);
@@ -497,7 +496,7 @@ TEST_CASE("only the holder of the lease moves the arms") {
   }
 }
 
-TEST_CASE("HOLD and STOP are obeyed whatever their session, age or order, and told by name") {
+TEST_CASE("HOLD and STOP are obeyed whatever their session, age or order, and reported by name") {
   FakeCell cell;
   cell.take_lease();
   const std::int64_t move = cell.send(cell.move_to({0, 0, 4500, 0, 0, 0}));
@@ -542,18 +541,18 @@ TEST_CASE("HOLD and STOP are obeyed whatever their session, age or order, and to
   CHECK(cell.state.state == (holds ? testbed_state_t::HELD : testbed_state_t::IDLE));
 }
 
-TEST_CASE("arms that do not stand are told to hold until they do") {
+TEST_CASE("arms that do not stand are commanded to hold until they do") {
   FakeCell cell;
   cell.take_lease();
   cell.send(cell.move_to({0, 0, 4500, 0, 0, 0}));
   cell.run_for(3.0);
-  cell.replica->deaf = true;
+  cell.replica->unresponsive = true;
   cell.facility->estop_closed = false;
   cell.facility->publish_now();
   cell.run_for(6.0);
   CHECK(cell.sensor->state == arm_state_t::HELD);
   CHECK(cell.replica->state == arm_state_t::RUNNING);
-  cell.replica->deaf = false;
+  cell.replica->unresponsive = false;
   cell.run_for(0.1);
   CHECK(cell.replica->state == arm_state_t::HELD);
   const int holds = cell.replica->holds;
@@ -597,7 +596,7 @@ TEST_CASE("a hold is obeyed on the way back to the path, and before a retreat") 
   }
 }
 
-TEST_CASE("commands of yesterday and late ones move nothing; a repeated one moves once") {
+TEST_CASE("commands of another session and late ones move nothing; a repeated one moves once") {
   FakeCell cell;
   cell.take_lease();
   testbed_command2_t old = cell.move_to(start_pose);
@@ -637,7 +636,7 @@ TEST_CASE("a motion that comes for the first time behind a later command is refu
   CHECK(cell.state.state == testbed_state_t::IDLE);
 }
 
-TEST_CASE("faults stop the arms at once, and say what it takes to go on") {
+TEST_CASE("faults stop the arms at once, and report what it takes to go on") {
   FakeCell cell;
   cell.take_lease();
   const std::int64_t seq = cell.send(cell.move_to({0, 0, 4500, 0, 0, 0}));
@@ -709,7 +708,7 @@ TEST_CASE("faults stop the arms at once, and say what it takes to go on") {
     CHECK(cell.sensor->holds == 1);
     CHECK(cell.sensor->last_hold - silent_since < 180 * millisecond);
     cell.run_for(1.5);
-    CHECK(cell.replica->holds > 1);  // as far as is known he still moves
+    CHECK(cell.replica->holds > 1);  // as far as is known it still moves
     cell.replica->silent = false;
     cell.run_for(1.5);
     INFO(cell.state.reason);
@@ -744,7 +743,7 @@ TEST_CASE("faults stop the arms at once, and say what it takes to go on") {
     CHECK_THAT(cell.state.reason, Contains("replica arm's joint"));
     CHECK(cell.events["arm-jumped"] == 1);
   }
-  SECTION("an arm moves although it was told to stand") {
+  SECTION("an arm moves although it was commanded to stand") {
     cell.send(testbed_command2_t::HOLD);
     cell.facility->estop_closed = false;
     cell.run_for(2.0);

@@ -64,7 +64,7 @@ Vector3d end_of(const Waypoints& waypoints) {
 
 }  // namespace
 
-TEST_CASE("straight on: the displacement along the sensor's axes at the speed asked for") {
+TEST_CASE("straight on: the displacement along the sensor's axes at the requested speed") {
   Straight options;
   options.by = pose_from_xyzwpr({0, 0, -300, 0, 5, 0});
   options.speed = 0.03;
@@ -108,7 +108,7 @@ TEST_CASE("an approach on a bar stands still at its hold points and bulges only 
   CHECK(rates_of(waypoints).speed < 0.07);
 }
 
-TEST_CASE("an oscillation is fast, goes no farther than told and comes back") {
+TEST_CASE("an oscillation is fast, goes no farther than its amplitude and comes back") {
   Oscillation options;
   options.axis = {1, 1, 0};
   options.amplitude = 0.15;
@@ -237,7 +237,7 @@ TEST_CASE("a long trajectory still fits one message, and its waypoints still mak
   }
 }
 
-TEST_CASE("a recorded motion is flown again without its noise, from wherever one stands") {
+TEST_CASE("a recorded motion is flown again without its noise, from any start") {
   Random random(8, "recorded");
   Waypoints samples;
   const auto flown = [](double t) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether truth's covariance is right: worlds are drawn as the calibration says that they may be,
+// Whether truth's covariance is right: worlds are drawn from the calibration's covariance,
 // and truth's error in them, squared over its covariance, has to be chi squared of six degrees.
 #include <Eigen/Cholesky>
 #include <boost/math/distributions/chi_squared.hpp>
@@ -124,7 +124,7 @@ double nees(const Knowledge& knowledge, const Knowledge& claimed, double speed,
   return error.dot(truth->covariance.ldlt().solve(error));
 }
 
-TEST_CASE("truth is as wrong as it says, at rest and at every speed") {
+TEST_CASE("truth's covariance is consistent, at rest and at every speed") {
   const Knowledge all[] = {
       {"nominal"},
       {"calibrated to a tenth, clocks 3 ms", 0.1, 3e-3},
@@ -151,7 +151,7 @@ TEST_CASE("truth is as wrong as it says, at rest and at every speed") {
   }
 }
 
-TEST_CASE("a truth that leaves a part of its doubt out is found out") {
+TEST_CASE("a truth covariance that leaves a part out is found inconsistent") {
   const Knowledge world{"", 0.1, 3e-3, 1e-5, 1e-3};
   const auto mean = [&](const Knowledge& claimed, double speed) {
     double sum = 0;
@@ -171,7 +171,7 @@ TEST_CASE("a truth that leaves a part of its doubt out is found out") {
   CHECK(mean(claimed, 0) > 10);
 }
 
-TEST_CASE("a cell as of the world `lab` is as wrong as truth claims without a calibration") {
+TEST_CASE("a cell of the world `lab` is consistent with truth's covariance without a calibration") {
   const PerturbationSizes sizes = load_world("config", "lab").cell;
   const Calibration belief = calibration_with(
       {"nominal", 1,
@@ -199,7 +199,7 @@ TEST_CASE("a cell as of the world `lab` is as wrong as truth claims without a ca
   }
   INFO(mean);
   CHECK(mean < 6.6);  // 6, and what 300 worlds may be above it once in a thousand
-  CHECK(mean > 4.5);  // nor far less than it says
+  CHECK(mean > 4.5);  // nor far below its expectation
 }
 
 }  // namespace

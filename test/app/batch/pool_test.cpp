@@ -31,7 +31,7 @@ PoolOptions jobs(int count) { return {count, 0, {}, {}}; }
 
 }  // namespace
 
-TEST_CASE("a batch: as many tasks at a time as asked for, in their order") {
+TEST_CASE("a batch: as many tasks at a time as requested, in their order") {
   SharedValues<std::atomic<int>> begun(1);
   Pool together(jobs(3));
   for (int i = 0; i < 3; ++i) together.add(meeting(begun[0], 3));
@@ -39,14 +39,14 @@ TEST_CASE("a batch: as many tasks at a time as asked for, in their order") {
   CHECK(begun[0] == 3);
 
   std::vector<int> order;
-  std::size_t beside = 0;
+  std::size_t concurrent = 0;
   Pool one(jobs(1));
   for (int i = 0; i < 4; ++i) {
     Task task;
     task.body = [] { return 0; };
     task.ended = [&, i](const TaskEnd&) {
       order.push_back(i);
-      beside += one.running();
+      concurrent += one.running();
       if (i == 0) {
         Task next = meeting(begun[0], 1);
         next.ended = [&](const TaskEnd&) { order.push_back(10); };
@@ -57,7 +57,7 @@ TEST_CASE("a batch: as many tasks at a time as asked for, in their order") {
   }
   one.run();
   CHECK(order == std::vector<int>{0, 10, 1, 2, 3});
-  CHECK(beside == 0);
+  CHECK(concurrent == 0);
 }
 
 TEST_CASE("a batch: what crashes, fails or lasts too long ends nothing but itself") {
@@ -102,18 +102,18 @@ TEST_CASE("a batch: what crashes, fails or lasts too long ends nothing but itsel
   CHECK_FALSE(ends[4].process.ok());
 }
 
-TEST_CASE("a batch: what must run alone has nothing beside it") {
+TEST_CASE("a batch: a task that must run alone has no other next to it") {
   SharedValues<std::atomic<int>> running(1);
   std::vector<int> seen;
   Pool pool(jobs(3));
-  SharedValues<std::atomic<bool>> beside(1);
+  SharedValues<std::atomic<bool>> concurrent(1);
   for (int i = 0; i < 5; ++i) {
     Task task;
     task.alone = i == 2;
     task.body = [&, alone = task.alone] {
       ++running[0];
       for (int look = 0; look < 20; ++look) {
-        if (alone && running[0] > 1) beside[0] = true;
+        if (alone && running[0] > 1) concurrent[0] = true;
         usleep(1000);
       }
       --running[0];
@@ -125,7 +125,7 @@ TEST_CASE("a batch: what must run alone has nothing beside it") {
   pool.run();
   CHECK(seen.size() == 5);
   CHECK(seen[2] == 2);
-  CHECK_FALSE(beside[0]);
+  CHECK_FALSE(concurrent[0]);
 }
 
 TEST_CASE("a batch that is interrupted, or of which a task throws, leaves no process behind") {

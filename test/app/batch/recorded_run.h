@@ -50,14 +50,14 @@ inline RunFiles record_run(const std::filesystem::path& out, std::uint64_t seed 
                   [&other, p] { other.publish(channels::scan_data, p); });
         }
       });
-  const auto tell = [&](std::int8_t what, std::int64_t seq) {
+  const auto send_command = [&](std::int8_t what, std::int64_t seq) {
     estimator_command_t command = estimator::command(what, seq, answered + 2);
     command.utime = loop.now();
     command.session = files.setup.session;
     other.publish(channels::estimator_command, command);
   };
-  loop.after(1 * second, [&] { tell(estimator_command_t::ACQUIRE, 1); });
-  loop.after(8 * second, [&] { tell(estimator_command_t::TRACK, 2); });
+  loop.after(1 * second, [&] { send_command(estimator_command_t::ACQUIRE, 1); });
+  loop.after(8 * second, [&] { send_command(estimator_command_t::TRACK, 2); });
   loop.every(8 * millisecond, [&] {
     ground_truth_t message = truth(loop.now(), lidar.pose);
     message.session = files.setup.session;

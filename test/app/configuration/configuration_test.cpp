@@ -13,7 +13,7 @@ using Catch::Contains;
 
 namespace {
 
-/// The file is as its readers say; written anew where BERTH_RENEW is set.
+/// The file agrees with its readers; it is rewritten when BERTH_RENEW is set.
 void in_step(const std::string& file, const std::string& expected) {
   INFO("BERTH_RENEW=1 ./berth test -R test_configuration writes " + file + " anew");
   if (std::getenv("BERTH_RENEW") != nullptr) write_file(file, expected);
@@ -37,7 +37,7 @@ const DescribedKey* find(const std::vector<DescribedKey>& keys, const std::strin
 
 }  // namespace
 
-TEST_CASE("Comments are found beside keys, below, above, and of keys that are commented out") {
+TEST_CASE("Comments are found next to keys, below, above, and of keys that are commented out") {
   const auto comments = comments_of_keys(
       "# SPDX-License-Identifier: none\n"
       "# The file's own.\n"
@@ -105,7 +105,7 @@ TEST_CASE("Every kind has files, and every value in them a meaning") {
     CHECK_FALSE(shipped_files(kind).empty());
     for (const DescribedKey& one : described_keys(kind)) {
       if (one.key.kind == ConfigKey::Kind::map || one.key.kind == ConfigKey::Kind::maps) continue;
-      INFO(one.key.path + ": say it in a comment beside the key in " + kind.files);
+      INFO(one.key.path + ": explain it in a comment next to the key in " + kind.files);
       CHECK_FALSE(one.meaning.empty());
     }
   }

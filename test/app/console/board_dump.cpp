@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// board_dump RUN MESSAGES.jsonl MESHES: what the console's page would be told of a recorded run, a
+// board_dump RUN MESSAGES.jsonl MESHES: what the console's page would receive of a recorded run, a
 // message every half second, and the meshes of its scene. To develop the page against real data.
 #include <cstdio>
 #include <filesystem>

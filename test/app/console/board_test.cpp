@@ -16,7 +16,7 @@ json parsed(const BoardMessage& message) {
   return json::parse(*message.text);
 }
 
-/// A page: it knows the board only by messages.
+/// A page: it sees the board only through messages.
 struct Page {
   std::uint64_t revision = 0;
   json sections = json::object();
@@ -39,7 +39,7 @@ struct Page {
 
 }  // namespace
 
-TEST_CASE("a viewer is told what is newer than what it has, and nothing else") {
+TEST_CASE("a viewer receives the entries newer than its own, and nothing else") {
   Board board;
   CHECK(board.message_since(0).text == nullptr);
   board.at(1234567);

@@ -31,13 +31,13 @@ struct Shown {
   CellView view{cell(), load_lidar_profile("config/lidars/ilris_3d.yaml"), own_types(), board};
 
   template <class Message>
-  void hear(const char* channel, const Message& message, Utime received) {
+  void receive(const char* channel, const Message& message, Utime received) {
     view.take(Event(channel, message, received).event);
   }
   void truth_until(Utime end) {
     for (Utime t = made::start; t <= end; t += 8 * millisecond) {
-      hear(channels::ground_truth, made::truth(t, made::flight(seconds(t - made::start))),
-           t + 20 * millisecond);
+      receive(channels::ground_truth, made::truth(t, made::flight(seconds(t - made::start))),
+              t + 20 * millisecond);
     }
   }
 };
@@ -72,7 +72,7 @@ ScanPacket packet_of(std::int64_t scan_id, const std::vector<float>& ranges) {
 
 }  // namespace
 
-TEST_CASE("every body has a mesh, and a frame that is told where it is") {
+TEST_CASE("every body has a mesh, and a frame whose pose is published") {
   Shown shown;
   shown.view.flush(made::start);
   const auto meshes = mesh_texts(drawn_bodies(cell()));
@@ -95,8 +95,8 @@ TEST_CASE(
   Joints sensor = cell().sensor.home;
   sensor[0] += 0.1;
   const Utime now = made::start + 2 * second;
-  shown.hear(channels::arm_state_sensor, arm_at(sensor, now), now);
-  shown.hear(channels::arm_state_replica, arm_at(cell().replica.home, now), now);
+  shown.receive(channels::arm_state_sensor, arm_at(sensor, now), now);
+  shown.receive(channels::arm_state_replica, arm_at(cell().replica.home, now), now);
   shown.view.flush(now);
   const auto& frames = shown.board.sections["frames"];
   const Pose at_sensor = cell().sensor.tool_pose(sensor);
@@ -108,7 +108,7 @@ TEST_CASE(
   shown.truth_until(now);
   pose_estimate_t estimate = made::estimate(now - second / 2, made::flight(1.5));
   estimate.linear_velocity_m_s[0] = 0.1;
-  shown.hear(channels::pose_estimate, estimate, now);
+  shown.receive(channels::pose_estimate, estimate, now);
   shown.view.flush(now);
   CHECK(distance(pose_in(frames.at("replica")), at_sensor * made::flight(2)) < 1e-4);
   Pose moved_on = made::flight(1.5);
@@ -119,19 +119,19 @@ TEST_CASE(
   CHECK_FALSE(frames.contains("ghost"));  // an old estimate is none
 }
 
-TEST_CASE("an estimate is laid beside the truth of its own time, with its latency") {
+TEST_CASE("an estimate is compared with the truth of its own time, with its latency") {
   Shown shown;
   const Utime at = made::start + second + 3 * millisecond;
   Pose pose = made::flight(seconds(at - made::start));
   pose.position.x() += 0.004;
   pose.rotation = rotation_from_vector({0, radians(0.5), 0}) * pose.rotation;
-  shown.hear(channels::pose_estimate, made::estimate(at, pose), at + 40 * millisecond);
+  shown.receive(channels::pose_estimate, made::estimate(at, pose), at + 40 * millisecond);
   estimator_diagnostics_t diagnostics{};
   diagnostics.seq = at;
   diagnostics.names = {"latency_us"};
   diagnostics.values = {31000};
   diagnostics.value_count = 1;
-  shown.hear(channels::estimator_diagnostics, diagnostics, at + 41 * millisecond);
+  shown.receive(channels::estimator_diagnostics, diagnostics, at + 41 * millisecond);
   shown.view.advance(at + 50 * millisecond);
   CHECK(shown.board.lists["samples"].empty());  // truth of that time has not come yet
 
@@ -153,8 +153,8 @@ TEST_CASE("an estimate is laid beside the truth of its own time, with its latenc
 TEST_CASE("an estimate for which no truth comes is shown without error") {
   Shown shown;
   const Utime at = made::start;
-  shown.hear(channels::pose_estimate, made::estimate(at, made::flight(0)), at);
-  shown.hear(channels::pose_estimate, made::estimate(at + 1, {}, pose_estimate_t::LOST), at);
+  shown.receive(channels::pose_estimate, made::estimate(at, made::flight(0)), at);
+  shown.receive(channels::pose_estimate, made::estimate(at + 1, {}, pose_estimate_t::LOST), at);
   shown.view.advance(at + 2 * second);
   REQUIRE(shown.board.lists["samples"].size() == 2);
   CHECK(shown.board.lists["samples"][0].at("truth").is_null());
@@ -167,8 +167,8 @@ TEST_CASE("returns come as they are scanned, and a new scan begins anew") {
   request.scan_id = 5;
   request.windows.resize(2);
   request.window_count = 2;
-  shown.hear(channels::scan_request, request, made::start);
-  shown.hear(channels::scan_data, packet_of(5, {5.0F, 0.0F, 6.0F}), made::start);
+  shown.receive(channels::scan_request, request, made::start);
+  shown.receive(channels::scan_data, packet_of(5, {5.0F, 0.0F, 6.0F}), made::start);
   shown.view.flush(made::start);
   const Vector3d first = 5e3 * beam_direction(0.1, -0.05);
   REQUIRE(shown.board.lists["returns"].size() == 6);
@@ -178,13 +178,13 @@ TEST_CASE("returns come as they are scanned, and a new scan begins anew") {
   }
   CHECK(shown.board.sections["scan"].at("windows").size() == 2);
   CHECK(shown.board.sections["scan"].at("beams") == 3);
-  shown.hear(channels::scan_data, packet_of(5, {4.0F}), made::start);
+  shown.receive(channels::scan_data, packet_of(5, {4.0F}), made::start);
   shown.view.flush(made::start);
   CHECK(shown.board.lists["returns"].size() == 9);
-  shown.hear(channels::scan_data, packet_of(6, {4.0F}), made::start);
+  shown.receive(channels::scan_data, packet_of(6, {4.0F}), made::start);
   shown.view.flush(made::start);
   CHECK(shown.board.lists["returns"].size() == 3);
-  CHECK(shown.board.sections["scan"].at("windows").empty());  // its request was not heard
+  CHECK(shown.board.sections["scan"].at("windows").empty());  // its request was not received
 }
 
 TEST_CASE("both returns of a beam are shown, from where the beam left") {
@@ -193,15 +193,15 @@ TEST_CASE("both returns of a beam are shown, from where the beam left") {
   packet.azimuth_rad[0] = packet.elevation_rad[0] = 0;
   packet.range2_m[0] = 7;
   packet.origin_x_m[0] = 0.25F;
-  shown.hear(channels::scan_data, packet, made::start);
+  shown.receive(channels::scan_data, packet, made::start);
   shown.view.flush(made::start);
   CHECK(shown.board.lists["returns"] == nlohmann::json::array({250, 0, 5000, 250, 0, 7000}));
   CHECK(shown.board.sections["scan"].at("hits") == 1);
 }
 
-TEST_CASE("what no type of ours explains disturbs nothing and is counted") {
+TEST_CASE("messages of unknown types are counted and otherwise ignored") {
   Shown shown;
-  shown.hear(channels::ground_truth, made::truth(made::start, made::flight(0)), made::start);
+  shown.receive(channels::ground_truth, made::truth(made::start, made::flight(0)), made::start);
   std::vector<std::uint8_t> noise;
   for (int length = 0; length < 200; ++length) {
     for (const char* channel :
@@ -234,7 +234,7 @@ TEST_CASE("what no type of ours explains disturbs nothing and is counted") {
 TEST_CASE("sections are written no more often than they should be") {
   Shown shown;
   for (Utime t = made::start; t < made::start + 10 * second; t += 2 * millisecond) {
-    shown.hear(channels::ground_truth, made::truth(t, made::flight(0)), t);
+    shown.receive(channels::ground_truth, made::truth(t, made::flight(0)), t);
     shown.view.advance(t);
   }
   CHECK(shown.board.writes["truth"] <= 201);
@@ -242,14 +242,14 @@ TEST_CASE("sections are written no more often than they should be") {
   CHECK(shown.board.writes["channels"] <= 11);
 }
 
-TEST_CASE("a node's health: age of its heartbeat, gaps in what it says") {
+TEST_CASE("a node's health: age of its heartbeat, gaps in its messages") {
   Shown shown;
   heartbeat_t beat{};
   beat.node = "testbed";
   for (const std::int64_t seq : {1, 2, 3, 6}) {
     beat.seq = seq;
     beat.utime = made::start + seq * 50 * millisecond;
-    shown.hear(channels::heartbeat, beat, beat.utime);
+    shown.receive(channels::heartbeat, beat, beat.utime);
   }
   shown.view.flush(made::start + second);
   const auto& node = shown.board.sections["nodes"].at(0);
@@ -270,10 +270,10 @@ TEST_CASE("the ellipsoid's axes are those of the covariance") {
                             1e-9));
 }
 
-TEST_CASE("the word for the whole cell is that of the worst that is so") {
+TEST_CASE("the status of the whole cell is the worst of its conditions") {
   const Utime now = made::start;
   LatestMessages latest;
-  CHECK(cell_status(latest, now).word == "attention");  // nobody is heard
+  CHECK(cell_status(latest, now).word == "attention");  // no messages
   latest.beats["testbed"] = now;
   CHECK(cell_status(latest, now).word == "safe");
   latest.replica_arm = arm_at({}, now);
@@ -282,7 +282,7 @@ TEST_CASE("the word for the whole cell is that of the worst that is so") {
   latest.procedure.emplace();
   latest.procedure->state = procedure_state_t::HELD;
   CHECK(cell_status(latest, now).word == "held");
-  // a testbed that was told to hold is degraded, and as it should be
+  // a testbed that was commanded to hold is degraded, and rightly
   latest.testbed.emplace();
   latest.testbed->state = testbed_state_t::HELD;
   latest.nodes["testbed"].state = node_status_t::DEGRADED;
@@ -295,7 +295,7 @@ TEST_CASE("the word for the whole cell is that of the worst that is so") {
   const CellStatus degraded = cell_status(latest, now);
   CHECK(degraded.word == "attention");
   CHECK(degraded.why.find("no answer") != std::string::npos);
-  CHECK(degraded.why.find("200 mm/s") != std::string::npos);  // that it moves is said still
+  CHECK(degraded.why.find("200 mm/s") != std::string::npos);  // the motion is reported still
   latest.facility.emplace();
   latest.facility->valid = true;
   latest.facility->fence_closed = true;
@@ -306,20 +306,20 @@ TEST_CASE("the word for the whole cell is that of the worst that is so") {
   CHECK(cell_status(latest, now + second).word == "attention");  // testbed is silent
 }
 
-TEST_CASE("criteria fill in: pending until their phase is over") {
+TEST_CASE("criteria are pending until their phase is over") {
   procedure_state_t state = made::state({{"acquire", 0, 2}, {"track", 2, 4}});
   state.state = procedure_state_t::RUNNING;
   state.steps[1].state = procedure_step_t::RUNNING;
   CHECK(is_over("acquire", state));
   CHECK_FALSE(is_over("track", state));
   CHECK_FALSE(is_over(evaluation::whole_run, state));
-  criterion_result_t known{};
-  known.value = 3;
-  known.result = criterion_result_t::PASSED;
-  known.phase = "acquire";
-  criterion_result_t later = known;
+  criterion_result_t decided{};
+  decided.value = 3;
+  decided.result = criterion_result_t::PASSED;
+  decided.phase = "acquire";
+  criterion_result_t later = decided;
   later.phase = "track";
-  const auto results = as_of({known, later}, state);
+  const auto results = as_of({decided, later}, state);
   CHECK(results[0].value == 3);
   CHECK(results[1].result == criterion_result_t::PENDING);
   CHECK(std::isnan(results[1].value));
@@ -343,19 +343,19 @@ criteria:
 )";
   info.attachments = {attachment};
   info.attachment_count = 1;
-  shown.hear(channels::run_info, info, made::start);
+  shown.receive(channels::run_info, info, made::start);
   shown.truth_until(made::start + 4 * second);
   Pose pose = made::flight(2);
   pose.position.x() += 0.004;
-  shown.hear(channels::pose_estimate, made::estimate(made::start + 2 * second, pose),
-             made::start + 2 * second);
+  shown.receive(channels::pose_estimate, made::estimate(made::start + 2 * second, pose),
+                made::start + 2 * second);
   procedure_state_t state = made::state({{"track", 0, 0}});
   state.state = procedure_state_t::RUNNING;
   state.outcome = procedure_state_t::NONE;
   state.utime = made::start + 4 * second;
   state.steps[0].state = procedure_step_t::RUNNING;
   state.steps[0].utime_end = 0;
-  shown.hear(channels::procedure_state, state, state.utime);
+  shown.receive(channels::procedure_state, state, state.utime);
   shown.view.flush(state.utime);
   const auto& criterion = shown.board.sections["procedure"].at("criteria").at(0);
   CHECK(criterion.at("result") == criterion_result_t::PENDING);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What pages ask, and what comes of it on the bus.
+// Requests of pages, and the commands that they cause on the bus.
 #include <berth/operator_control_t.hpp>
 
 #include "app/console/control/command_handler.h"
@@ -23,7 +23,7 @@ const std::string long_move =
     "    timeout: 60 s\n"
     "  - wait: 2 s\n";
 
-/// Viewers at a console, beside the fake cell; with or without a procedure in it.
+/// Viewers at a console next to the fake cell, with or without a procedure in it.
 class Pages {
  public:
   explicit Pages(Bus& the_bus, Loop& the_loop)
@@ -54,25 +54,25 @@ class Pages {
     });
   }
 
-  void ask(const std::string& viewer, const std::string& name,
-           const nlohmann::json& arguments = none, const std::string& confirm = "") {
+  void request(const std::string& viewer, const std::string& name,
+               const nlohmann::json& arguments = none, const std::string& confirm = "") {
     handler.take({viewer, ++id, name, arguments, confirm});
   }
-  /// The answer to what was asked last; nothing has come: an id of 0.
+  /// The answer to the last request; id 0 while there is none.
   Answer last(const std::string& viewer) {
     for (const Answer& answer : answers[viewer]) {
       if (answer.id == id) return answer;
     }
     return {};
   }
-  bool told(const std::string& code, const std::string& text) const {
-    for (const Told& event : events) {
+  bool has_event(const std::string& code, const std::string& text) const {
+    for (const PublishedEvent& event : events) {
       if (event.code == code && event.text.find(text) != std::string::npos) return true;
     }
     return false;
   }
 
-  struct Told {
+  struct PublishedEvent {
     std::int8_t severity;
     std::string code;
     std::string text;
@@ -80,7 +80,7 @@ class Pages {
   Bus& bus;
   Loop& loop;
   std::map<std::string, std::vector<Answer>> answers;
-  std::vector<Told> events;
+  std::vector<PublishedEvent> events;
   std::vector<RunOrder> orders;
   std::vector<procedure_command_t> commands;
   std::vector<testbed_command2_t> orders_sent;
@@ -95,24 +95,24 @@ struct WithProcedure {
     bench.run_to(procedure_state_t::RUNNING);
     bench.run_for(1);
   }
-  /// Asks, and waits for the answer.
-  Answer ask(const std::string& viewer, const std::string& name,
-             const nlohmann::json& arguments = none, const std::string& confirm = "") {
-    pages.ask(viewer, name, arguments, confirm);
+  /// Sends the request and waits for the answer.
+  Answer request(const std::string& viewer, const std::string& name,
+                 const nlohmann::json& arguments = none, const std::string& confirm = "") {
+    pages.request(viewer, name, arguments, confirm);
     bench.run_for(0.6);
     return pages.last(viewer);
   }
-  /// Asks twice, as a person does who says yes.
-  Answer insist(const std::string& viewer, const std::string& name,
-                const nlohmann::json& arguments = none) {
-    const Answer first = ask(viewer, name, arguments);
+  /// Sends the request and then its confirmation, as a person who answers yes.
+  Answer request_and_confirm(const std::string& viewer, const std::string& name,
+                             const nlohmann::json& arguments = none) {
+    const Answer first = request(viewer, name, arguments);
     REQUIRE_FALSE(first.accepted);
     REQUIRE_FALSE(first.confirm.empty());
-    return ask(viewer, name, arguments, first.confirm);
+    return request(viewer, name, arguments, first.confirm);
   }
   void take(const std::string& viewer) {
     pages.page_alive = viewer;
-    REQUIRE(ask(viewer, "take_control").accepted);
+    REQUIRE(request(viewer, "take_control").accepted);
     REQUIRE(pages.handler.control().viewer == viewer);
   }
   std::int8_t state() const { return bench.node->state().state; }
@@ -126,12 +126,12 @@ struct WithProcedure {
   Pages pages{*bench.operator_bus, bench.simulation.make_loop()};
 };
 
-/// The nodes of a cell, and nobody who runs a procedure.
+/// The nodes of a cell, without a procedure.
 struct CellAlone {
   CellAlone() { simulation.run_for(2 * second); }
-  Answer ask(const std::string& viewer, const std::string& name,
-             const nlohmann::json& arguments = none, const std::string& confirm = "") {
-    pages.ask(viewer, name, arguments, confirm);
+  Answer request(const std::string& viewer, const std::string& name,
+                 const nlohmann::json& arguments = none, const std::string& confirm = "") {
+    pages.request(viewer, name, arguments, confirm);
     simulation.run_for(600 * millisecond);
     return pages.last(viewer);
   }
@@ -144,12 +144,12 @@ struct CellAlone {
 
 }  // namespace
 
-TEST_CASE("only the viewer that has control is obeyed, but a hold is, whoever asks") {
+TEST_CASE("only the viewer that has control is obeyed; a hold is obeyed from every viewer") {
   WithProcedure w;
   for (const char* name : {"resume", "step", "retry", "reset", "abort", "speed", "lamps",
                            "release_control", "keep_control", "run", "answer", "skip"}) {
     INFO(name);
-    const Answer answer = w.ask("viewer-1", name);
+    const Answer answer = w.request("viewer-1", name);
     CHECK_FALSE(answer.accepted);
     CHECK(answer.text == "take control first");
   }
@@ -157,54 +157,53 @@ TEST_CASE("only the viewer that has control is obeyed, but a hold is, whoever as
   w.take("viewer-1");
   CHECK(w.pages.handler.control().holder == "me@console viewer-1");
   CHECK(w.pages.handler.control().holds_when_lost);
-  CHECK(w.ask("viewer-2", "abort").text == "me@console viewer-1 has control");
+  CHECK(w.request("viewer-2", "abort").text == "me@console viewer-1 has control");
   CHECK(w.state() == procedure_state_t::RUNNING);
-  CHECK(w.pages.told("operator-asked", "me@console viewer-2: abort"));
-  CHECK(w.pages.told("operator-refused", "me@console viewer-2: no abort"));
-  CHECK(w.ask("viewer-2", "hold").accepted);
+  CHECK(w.pages.has_event("operator-asked", "me@console viewer-2: abort"));
+  CHECK(w.pages.has_event("operator-refused", "me@console viewer-2: no abort"));
+  CHECK(w.request("viewer-2", "hold").accepted);
   CHECK(w.state() == procedure_state_t::HELD);
-  CHECK_FALSE(w.ask("viewer-1", "fly").accepted);
+  CHECK_FALSE(w.request("viewer-1", "fly").accepted);
 }
 
-TEST_CASE(
-    "what makes arms move is asked for twice, with a word that is good once and not for long") {
+TEST_CASE("commands that move arms need confirmation, by a token that is valid once and briefly") {
   WithProcedure w;
   w.take("viewer-1");
-  REQUIRE(w.ask("viewer-1", "hold").accepted);
+  REQUIRE(w.request("viewer-1", "hold").accepted);
   w.bench.run_for(3);
-  const Answer first = w.ask("viewer-1", "resume");
+  const Answer first = w.request("viewer-1", "resume");
   CHECK_FALSE(first.accepted);
   REQUIRE_FALSE(first.confirm.empty());
   CHECK_THAT(first.text, Contains("step 1 of 4, 'move'") && Contains("the arms may move"));
   CHECK(w.state() == procedure_state_t::HELD);
-  SECTION("said again it goes on, once") {
-    CHECK(w.ask("viewer-1", "resume", none, first.confirm).accepted);
+  SECTION("confirmed, it goes on, once") {
+    CHECK(w.request("viewer-1", "resume", none, first.confirm).accepted);
     CHECK(w.state() == procedure_state_t::RUNNING);
-    REQUIRE(w.ask("viewer-1", "hold").accepted);
+    REQUIRE(w.request("viewer-1", "hold").accepted);
     w.bench.run_for(3);
-    const Answer again = w.ask("viewer-1", "resume", none, first.confirm);
+    const Answer again = w.request("viewer-1", "resume", none, first.confirm);
     CHECK_FALSE(again.accepted);
     CHECK(again.confirm != first.confirm);
     CHECK(w.state() == procedure_state_t::HELD);
   }
   SECTION("too late") {
     w.bench.run_for(10);
-    CHECK_FALSE(w.ask("viewer-1", "resume", none, first.confirm).accepted);
+    CHECK_FALSE(w.request("viewer-1", "resume", none, first.confirm).accepted);
     CHECK(w.state() == procedure_state_t::HELD);
   }
   SECTION("for something else") {
-    CHECK_FALSE(w.ask("viewer-1", "retry", none, first.confirm).accepted);
-    CHECK_FALSE(w.ask("viewer-1", "resume", none, first.confirm).accepted);  // used up
+    CHECK_FALSE(w.request("viewer-1", "retry", none, first.confirm).accepted);
+    CHECK_FALSE(w.request("viewer-1", "resume", none, first.confirm).accepted);  // used up
     CHECK(w.state() == procedure_state_t::HELD);
   }
-  SECTION("by somebody else") {
+  SECTION("by another viewer") {
     w.pages.page_alive = "viewer-2";
-    REQUIRE(w.insist("viewer-2", "take_control").accepted);
-    CHECK_FALSE(w.ask("viewer-2", "resume", none, first.confirm).accepted);
+    REQUIRE(w.request_and_confirm("viewer-2", "take_control").accepted);
+    CHECK_FALSE(w.request("viewer-2", "resume", none, first.confirm).accepted);
     CHECK(w.state() == procedure_state_t::HELD);
   }
   SECTION("guessed") {
-    CHECK_FALSE(w.ask("viewer-1", "resume", none, "yes").accepted);
+    CHECK_FALSE(w.request("viewer-1", "resume", none, "yes").accepted);
     CHECK(w.state() == procedure_state_t::HELD);
   }
 }
@@ -212,56 +211,59 @@ TEST_CASE(
 TEST_CASE("each command reaches the engine") {
   WithProcedure w;
   w.take("viewer-1");
-  SECTION("speed: slower at once, faster after a second word") {
-    CHECK(w.ask("viewer-1", "speed", {{"override", 0.4}}).accepted);
+  SECTION("speed: slower at once, faster after confirmation") {
+    CHECK(w.request("viewer-1", "speed", {{"override", 0.4}}).accepted);
     CHECK(w.bench.testbed->speed_override == Approx(0.4));
     w.bench.run_for(0.5);
     // the fake testbed's state is what the handler goes by
-    CHECK_FALSE(w.ask("viewer-1", "speed", {{"override", 7}}).accepted);
-    CHECK_FALSE(w.ask("viewer-1", "speed", {{"override", "fast"}}).accepted);
-    CHECK_FALSE(w.ask("viewer-1", "speed").accepted);
-    const Answer faster = w.insist("viewer-1", "speed", {{"override", 0.9}});
+    CHECK_FALSE(w.request("viewer-1", "speed", {{"override", 7}}).accepted);
+    CHECK_FALSE(w.request("viewer-1", "speed", {{"override", "fast"}}).accepted);
+    CHECK_FALSE(w.request("viewer-1", "speed").accepted);
+    const Answer faster = w.request_and_confirm("viewer-1", "speed", {{"override", 0.9}});
     CHECK(faster.accepted);
     CHECK(w.bench.testbed->speed_override == Approx(0.9));
   }
   SECTION("lamps") {
-    CHECK(w.ask("viewer-1", "lamps", {{"sun", 0.8}, {"azimuth", 0.5}}).accepted);
+    CHECK(w.request("viewer-1", "lamps", {{"sun", 0.8}, {"azimuth", 0.5}}).accepted);
     w.bench.run_for(1);
     CHECK(w.bench.facility->last.sun_lamp == Approx(0.8));
     CHECK(w.bench.facility->last.sun_azimuth_rad == Approx(0.5).margin(1e-3));
-    const Answer wrong = w.ask("viewer-1", "lamps", {{"sun", 3}});
+    const Answer wrong = w.request("viewer-1", "lamps", {{"sun", 3}});
     CHECK_FALSE(wrong.accepted);
     CHECK_THAT(wrong.text, Contains("sun"));
-    CHECK_FALSE(w.ask("viewer-1", "lamps").accepted);
+    CHECK_FALSE(w.request("viewer-1", "lamps").accepted);
   }
   SECTION("skip and its reason; the engine's refusal is the answer") {
-    const Answer none = w.insist("viewer-1", "skip");
+    const Answer none = w.request_and_confirm("viewer-1", "skip");
     CHECK_FALSE(none.accepted);
     CHECK_THAT(none.text, Contains("a reason is needed"));
-    CHECK(w.insist("viewer-1", "skip", {{"reason", "seen by eye"}}).accepted);
+    CHECK(w.request_and_confirm("viewer-1", "skip", {{"reason", "seen by eye"}}).accepted);
     CHECK(w.bench.step("move").detail.find("seen by eye") == 0);
   }
   SECTION("retry") {
-    CHECK(w.insist("viewer-1", "retry").accepted);
+    CHECK(w.request_and_confirm("viewer-1", "retry").accepted);
     CHECK(w.bench.step("move").attempts == 2);
   }
-  SECTION("step, while it runs, makes nothing move") { CHECK(w.ask("viewer-1", "step").accepted); }
+  SECTION("step, while it runs, makes nothing move") {
+    CHECK(w.request("viewer-1", "step").accepted);
+  }
   SECTION("abort") {
-    CHECK(w.ask("viewer-1", "abort", {{"reason", "enough"}}).accepted);
+    CHECK(w.request("viewer-1", "abort", {{"reason", "enough"}}).accepted);
     CHECK(w.bench.run() == procedure_state_t::ABORTED);
     CHECK(w.bench.node->state().reason == "enough");
   }
-  SECTION("answer, where nothing is asked") {
-    const Answer answer = w.ask("viewer-1", "answer", {{"prompt_id", "1.1"}, {"text", "yes"}});
+  SECTION("answer, without a prompt") {
+    const Answer answer = w.request("viewer-1", "answer", {{"prompt_id", "1.1"}, {"text", "yes"}});
     CHECK_FALSE(answer.accepted);
     CHECK_THAT(answer.text, Contains("no prompt is open"));
   }
   SECTION("run, while one runs") {
-    CHECK_FALSE(w.insist("viewer-1", "run", {{"procedure", "approach.yaml"}}).accepted);
+    CHECK_FALSE(
+        w.request_and_confirm("viewer-1", "run", {{"procedure", "approach.yaml"}}).accepted);
     CHECK(w.pages.orders.empty());
   }
   SECTION("given back") {
-    CHECK(w.ask("viewer-1", "release_control").accepted);
+    CHECK(w.request("viewer-1", "release_control").accepted);
     CHECK(w.pages.handler.control().holder.empty());
     w.bench.run_for(3);
     CHECK(w.state() == procedure_state_t::RUNNING);
@@ -269,18 +271,18 @@ TEST_CASE("each command reaches the engine") {
   }
 }
 
-TEST_CASE("control is taken from another viewer or terminal only after a second word") {
+TEST_CASE("control is taken from another viewer or terminal only after confirmation") {
   WithProcedure w;
   SECTION("a viewer") {
     w.take("viewer-1");
-    const Answer first = w.ask("viewer-2", "take_control");
+    const Answer first = w.request("viewer-2", "take_control");
     CHECK_THAT(first.text, Contains("me@console viewer-1 has control and would lose it"));
     CHECK(w.pages.handler.control().viewer == "viewer-1");
     w.pages.page_alive = "viewer-2";
-    CHECK(w.ask("viewer-2", "take_control", none, first.confirm).accepted);
+    CHECK(w.request("viewer-2", "take_control", none, first.confirm).accepted);
     CHECK(w.pages.handler.control().viewer == "viewer-2");
-    CHECK_FALSE(w.ask("viewer-1", "abort").accepted);
-    CHECK_FALSE(w.ask("viewer-1", "keep_control").accepted);
+    CHECK_FALSE(w.request("viewer-1", "abort").accepted);
+    CHECK_FALSE(w.request("viewer-1", "keep_control").accepted);
     w.bench.run_for(5);
     CHECK(w.pages.handler.control().viewer == "viewer-2");
     CHECK(w.state() == procedure_state_t::RUNNING);
@@ -290,14 +292,14 @@ TEST_CASE("control is taken from another viewer or terminal only after a second 
     w.bench.run_for(0.2);
     CHECK(w.pages.handler.control().holder == "operator");
     CHECK(w.pages.handler.control().viewer.empty());
-    CHECK(w.ask("viewer-1", "abort").text == "operator has control");
+    CHECK(w.request("viewer-1", "abort").text == "operator has control");
     w.pages.page_alive = "viewer-1";
-    CHECK(w.insist("viewer-1", "take_control").accepted);
+    CHECK(w.request_and_confirm("viewer-1", "take_control").accepted);
     CHECK(w.pages.handler.control().viewer == "viewer-1");
   }
 }
 
-TEST_CASE("a page that is no longer heard loses control, and the procedure is held") {
+TEST_CASE("a page that falls silent loses control, and the procedure is held") {
   WithProcedure w;
   w.take("viewer-1");
   // whichever of engine and console is the first to see it
@@ -314,24 +316,24 @@ TEST_CASE("a page that is no longer heard loses control, and the procedure is he
 
 TEST_CASE("where no procedure runs, control is the testbed's lease") {
   CellAlone w;
-  CHECK(w.ask("viewer-1", "lamps", {{"sun", 0.5}}).text == "take control first");
+  CHECK(w.request("viewer-1", "lamps", {{"sun", 0.5}}).text == "take control first");
   w.pages.page_alive = "viewer-1";
-  REQUIRE(w.ask("viewer-1", "take_control").accepted);
+  REQUIRE(w.request("viewer-1", "take_control").accepted);
   CHECK(w.pages.handler.control().viewer == "viewer-1");
-  CHECK(w.pages.told("control-taken", "me@console viewer-1 has control"));
-  CHECK(w.ask("viewer-1", "lamps", {{"sun", 0.5}}).accepted);
+  CHECK(w.pages.has_event("control-taken", "me@console viewer-1 has control"));
+  CHECK(w.request("viewer-1", "lamps", {{"sun", 0.5}}).accepted);
   CHECK(w.facility.last.sun_lamp == Approx(0.5));
   CHECK(w.facility.last.commander == "me@console viewer-1");
-  CHECK(w.ask("viewer-1", "speed", {{"override", 0.3}}).accepted);
+  CHECK(w.request("viewer-1", "speed", {{"override", 0.3}}).accepted);
   CHECK(w.testbed.speed_override == Approx(0.3));
-  CHECK(w.ask("viewer-1", "resume").text == "no procedure runs");
-  CHECK(w.ask("viewer-2", "hold").accepted);
+  CHECK(w.request("viewer-1", "resume").text == "no procedure runs");
+  CHECK(w.request("viewer-2", "hold").accepted);
   CHECK(w.testbed.obeyed.back().command == testbed_command2_t::HOLD);
   CHECK(w.testbed.obeyed.back().commander == "me@console viewer-2");
   w.simulation.run_for(3 * second);
   CHECK(w.pages.handler.control().viewer == "viewer-1");
   SECTION("given back") {
-    CHECK(w.ask("viewer-1", "release_control").accepted);
+    CHECK(w.request("viewer-1", "release_control").accepted);
     CHECK(w.testbed.obeyed.back().command == testbed_command2_t::RELEASE_LEASE);
     CHECK(w.pages.handler.control().holder.empty());
   }
@@ -339,33 +341,33 @@ TEST_CASE("where no procedure runs, control is the testbed's lease") {
     w.pages.page_alive.clear();
     w.simulation.run_for(2 * second);
     CHECK(w.testbed.obeyed.back().command == testbed_command2_t::RELEASE_LEASE);
-    CHECK(w.pages.told("control-lapsed", "control of me@console viewer-1 lapsed"));
+    CHECK(w.pages.has_event("control-lapsed", "control of me@console viewer-1 lapsed"));
     CHECK(w.pages.handler.control().holder.empty());
   }
-  SECTION("a procedure is run, after a second word, as it was asked for") {
+  SECTION("a procedure is run, after confirmation, as requested") {
     const nlohmann::json arguments = {{"procedure", "approach.yaml"},
                                       {"seed", 1},
                                       {"parameters", {{"speed", "10 mm/s"}, {"n", 3}}}};
-    const Answer first = w.ask("viewer-1", "run", arguments);
+    const Answer first = w.request("viewer-1", "run", arguments);
     CHECK_THAT(first.text, Contains("approach.yaml begins"));
     CHECK(w.pages.orders.empty());
-    CHECK(w.ask("viewer-1", "run", arguments, first.confirm).accepted);
+    CHECK(w.request("viewer-1", "run", arguments, first.confirm).accepted);
     REQUIRE(w.pages.orders.size() == 1);
     CHECK(w.pages.orders[0].procedure == "approach.yaml");
     CHECK(w.pages.orders[0].parameters ==
           std::map<std::string, std::string>{{"speed", "10 mm/s"}, {"n", "3"}});
     CHECK(w.pages.orders[0].operator_name == "me@console viewer-1");
     w.pages.run_refusal = "no such procedure";
-    const Answer second = w.ask("viewer-1", "run", arguments);
-    CHECK(w.ask("viewer-1", "run", arguments, second.confirm).text == "no such procedure");
+    const Answer second = w.request("viewer-1", "run", arguments);
+    CHECK(w.request("viewer-1", "run", arguments, second.confirm).text == "no such procedure");
   }
 }
 
-TEST_CASE("a hold is said until it is acknowledged, however many messages are lost") {
+TEST_CASE("a hold is repeated until it is acknowledged, however many messages are lost") {
   SECTION("by the testbed") {
     CellAlone w;
     w.script.commands_lost = 6;
-    CHECK(w.ask("viewer-1", "hold").id == 0);
+    CHECK(w.request("viewer-1", "hold").id == 0);
     w.simulation.run_for(500 * millisecond);
     CHECK(w.pages.last("viewer-1").accepted);
     REQUIRE(w.testbed.obeyed.size() == 1);
@@ -377,7 +379,7 @@ TEST_CASE("a hold is said until it is acknowledged, however many messages are lo
   SECTION("by the procedure") {
     WithProcedure w;
     w.bench.simulation.set_bus_loss(1);
-    w.pages.ask("viewer-1", "hold", none, "");
+    w.pages.request("viewer-1", "hold", none, "");
     w.bench.run_for(0.6);
     w.bench.simulation.set_bus_loss(0);
     w.bench.run_for(0.3);
@@ -389,23 +391,23 @@ TEST_CASE("a hold is said until it is acknowledged, however many messages are lo
   SECTION("by the testbed, where the procedure does not answer") {
     WithProcedure w;
     w.bench.simulation.set_bus_loss(1);
-    w.pages.ask("viewer-1", "hold", none, "");
+    w.pages.request("viewer-1", "hold", none, "");
     w.bench.run_for(2.1);
     w.bench.simulation.set_bus_loss(0);
     w.bench.run_for(0.3);
-    CHECK(w.bench.told_testbed(testbed_command2_t::HOLD));
+    CHECK(w.bench.testbed_received(testbed_command2_t::HOLD));
     CHECK_THAT(w.pages.last("viewer-1").text,
                Contains("the procedure does not answer; the testbed holds"));
   }
 }
 
-TEST_CASE("two viewers at once each get the answer to what they asked") {
+TEST_CASE("two viewers at once each get the answer to their own request") {
   WithProcedure w;
   w.take("viewer-1");
   w.bench.simulation.set_bus_loss(0.5);
-  w.pages.ask("viewer-1", "answer", {{"prompt_id", "1.1"}, {"text", "yes"}});
+  w.pages.request("viewer-1", "answer", {{"prompt_id", "1.1"}, {"text", "yes"}});
   const std::int64_t answer = w.pages.id;
-  w.pages.ask("viewer-2", "hold");
+  w.pages.request("viewer-2", "hold");
   const std::int64_t hold = w.pages.id;
   w.bench.run_for(1.8);
   w.bench.simulation.set_bus_loss(0);
@@ -418,21 +420,21 @@ TEST_CASE("two viewers at once each get the answer to what they asked") {
   CHECK(to("viewer-2", hold).accepted);
 }
 
-TEST_CASE("lamps and speed of a cell without a procedure are accepted when the cell says so") {
+TEST_CASE("lamps and speed of a cell without a procedure are accepted when the cell accepts them") {
   CellAlone w;
   w.pages.page_alive = "viewer-1";
-  REQUIRE(w.ask("viewer-1", "take_control").accepted);
+  REQUIRE(w.request("viewer-1", "take_control").accepted);
   SECTION("refused by the facility") {
     w.script.refuse_lamps = "the lamp is being changed";
-    const Answer answer = w.ask("viewer-1", "lamps", {{"sun", 0.5}});
+    const Answer answer = w.request("viewer-1", "lamps", {{"sun", 0.5}});
     CHECK_FALSE(answer.accepted);
     CHECK(answer.text == "the lamp is being changed");
   }
   SECTION("no answer") {
     w.simulation.set_bus_loss(1);
-    w.pages.ask("viewer-1", "lamps", {{"sun", 0.5}});
+    w.pages.request("viewer-1", "lamps", {{"sun", 0.5}});
     const std::int64_t lamps = w.pages.id;
-    w.pages.ask("viewer-1", "speed", {{"override", 0.3}});
+    w.pages.request("viewer-1", "speed", {{"override", 0.3}});
     w.simulation.run_for(1900 * millisecond);
     CHECK(w.pages.last("viewer-1").id == 0);
     w.simulation.run_for(200 * millisecond);
@@ -443,7 +445,7 @@ TEST_CASE("lamps and speed of a cell without a procedure are accepted when the c
   }
 }
 
-TEST_CASE("who commands the testbed from elsewhere keeps it") {
+TEST_CASE("a commander of the testbed from elsewhere keeps it") {
   CellAlone w;
   testbed_command2_t take{};
   take.command = testbed_command2_t::TAKE_LEASE;
@@ -453,7 +455,7 @@ TEST_CASE("who commands the testbed from elsewhere keeps it") {
   w.pages.bus.publish(channels::testbed_command, take);
   w.simulation.run_for(200 * millisecond);
   CHECK(w.pages.handler.control().holder == "gnc");
-  const Answer answer = w.ask("viewer-1", "take_control");
+  const Answer answer = w.request("viewer-1", "take_control");
   CHECK_FALSE(answer.accepted);
   CHECK(answer.confirm.empty());
   CHECK(answer.text == "gnc commands the testbed");
@@ -465,10 +467,10 @@ TEST_CASE("control of the cell becomes control of the procedure that begins in i
   script.move_takes_s = 4;
   fake::EngineBench bench(script, long_move);
   Pages pages(*bench.operator_bus, bench.simulation.make_loop());
-  // the console is there first; the engine is silent until its nodes are heard
+  // the console is there first; the engine is silent until it has received its nodes' messages
   bench.run_for(0.3);
   pages.page_alive = "viewer-1";
-  pages.ask("viewer-1", "take_control");
+  pages.request("viewer-1", "take_control");
   bench.run_for(1);
   CHECK(pages.handler.control().viewer == "viewer-1");
   CHECK(bench.run() == procedure_state_t::PASS);

@@ -113,7 +113,7 @@ TEST_CASE("play, pause, rate, step, loop") {
   CHECK(replayed.board.sections["replay"].at("paused") == false);
 }
 
-TEST_CASE("what a replay does not know is refused and changes nothing") {
+TEST_CASE("commands that a replay does not have are refused and change nothing") {
   Replayed replayed;
   const auto before = replayed.board.sections["replay"];
   CHECK_THROWS_AS(replayed.obey("hold"), InputError);
@@ -125,7 +125,7 @@ TEST_CASE("what a replay does not know is refused and changes nothing") {
   CHECK(replayed.board.sections["replay"] == before);
 }
 
-TEST_CASE("the time bar has the steps, and criteria that nobody knew then are pending") {
+TEST_CASE("the time bar has the steps, and criteria not yet decided then are pending") {
   Replayed replayed;
   const auto& marks = replayed.board.sections["run"].at("marks");
   REQUIRE(marks.size() >= 2);
@@ -134,7 +134,7 @@ TEST_CASE("the time bar has the steps, and criteria that nobody knew then are pe
   CHECK(replayed.position() == 0);
 }
 
-TEST_CASE("a run beside itself shows the same") {
+TEST_CASE("a run side by side with itself shows the same") {
   Replayed replayed(recorded().directory);
   replayed.obey("seek", {{"position_s", 15.0}});
   CHECK(replayed.board.sections["estimate2"] == replayed.board.sections["estimate"]);

@@ -23,7 +23,7 @@ using nlohmann::json;
 
 namespace {
 
-/// A server of a small page and a library beside it, on a port of its own.
+/// A server of a small page and a library, on a port of its own.
 struct Rig {
   TemporaryDirectory files;
   Board board;
@@ -130,7 +130,7 @@ TEST_CASE("the page, Debian's libraries and made contents are served") {
   CHECK(rig.server->counters().refused == 0);
 }
 
-TEST_CASE("what no page of ours would ask for is refused, told, and disturbs nobody") {
+TEST_CASE("requests that no page sends are refused and reported, and disturb no other viewer") {
   Rig rig;
   Viewer viewer(rig.port());
   struct Case {
@@ -204,7 +204,7 @@ TEST_CASE("with a token only its bearer is served") {
   CHECK(WebClient(port).upgrade(back) == 101);
 }
 
-TEST_CASE("two consoles that have one port at two addresses each tell their own address") {
+TEST_CASE("two consoles that have one port at two addresses each report their own address") {
   Rig one;
   Rig other;
   other.options.address = "127.0.0.2";
@@ -213,7 +213,7 @@ TEST_CASE("two consoles that have one port at two addresses each tell their own 
   other.start();
   CHECK(one.server->url() == "http://127.0.0.1:" + std::to_string(port) + "/");
   CHECK(other.server->url() == "http://127.0.0.2:" + std::to_string(port) + "/");
-  Rig third;  // at an address that is taken: the next port, and that is what it tells
+  Rig third;  // at an address that is taken: the next port, which is reported
   third.options.port = port;
   third.options.ports_to_try = 200;
   CHECK(third.start() != port);
@@ -261,7 +261,7 @@ TEST_CASE("another host needs token and TLS; the certificate made for it is beli
   CHECK_THROWS_AS(read_token(rig.files / "short"), InputError);
 }
 
-TEST_CASE("viewers are told what changes; a late one all there is") {
+TEST_CASE("viewers receive the changes; a late one receives everything") {
   Rig rig;
   rig.board.set("run", R"({"name":"drill"})");
   Viewer early(rig.port());
@@ -276,7 +276,7 @@ TEST_CASE("viewers are told what changes; a late one all there is") {
   CHECK(rig.server->counters().viewers == 2);
 }
 
-TEST_CASE("a slow viewer gets fewer frames, the newest ones, and holds nobody up") {
+TEST_CASE("a slow viewer gets fewer frames, the newest ones, and delays no other") {
   Rig rig;
   rig.options.frames_per_s = 1000;
   WebClient::receive_buffer_bytes = 4096;
@@ -332,7 +332,7 @@ TEST_CASE("commands reach the node, answers their viewer") {
   CHECK(watcher.message("answer")["accepted"] == false);
 }
 
-TEST_CASE("frames that are not as they should be end their viewer, with the code that says why") {
+TEST_CASE("malformed frames end their viewer's connection, with the code of the reason") {
   Rig rig;
   Viewer bystander(rig.port());
   struct Case {
@@ -374,7 +374,7 @@ TEST_CASE("frames that are not as they should be end their viewer, with the code
   bystander.read_until("safe", "safe");
 }
 
-TEST_CASE("who dribbles or hoards connections is cut off, and viewers are only so many") {
+TEST_CASE("slow clients and hoarders of connections are disconnected, and viewers are limited") {
   Rig rig;
   rig.options.request_time = std::chrono::milliseconds(150);
   rig.options.max_connections = 4;
@@ -400,14 +400,14 @@ TEST_CASE("who dribbles or hoards connections is cut off, and viewers are only s
   CHECK(WebClient(rig.port()).get("/").status == 200);
 }
 
-TEST_CASE("ports that are taken are passed over, and viewers are told when the console ends") {
+TEST_CASE("ports that are taken are passed over, and viewers are notified when the console ends") {
   Rig rig;
   Viewer viewer(rig.port());
-  ServerOptions beside = rig.options;
-  beside.port = rig.server->port();
-  CHECK_THROWS_AS(Server(beside, rig.board), InputError);
-  beside.ports_to_try = 50;
-  CHECK(Server(beside, rig.board).port() != rig.server->port());
+  ServerOptions same_port = rig.options;
+  same_port.port = rig.server->port();
+  CHECK_THROWS_AS(Server(same_port, rig.board), InputError);
+  same_port.ports_to_try = 50;
+  CHECK(Server(same_port, rig.board).port() != rig.server->port());
   rig.server.reset();
   WebFrame farewell = viewer.frame();
   while (farewell.opcode == 1) farewell = viewer.frame();

@@ -57,7 +57,7 @@ WebClient::WebClient(std::uint16_t port, const std::string& certificate)
 WebClient::~WebClient() = default;
 
 void WebClient::send(const std::string& bytes) {
-  // A server that has ended the connection is seen by who reads.
+  // A connection that the server has ended is noticed by reading.
   if (connection_->tls != nullptr) {
     SSL_write(connection_->tls, bytes.data(), static_cast<int>(bytes.size()));
     return;

@@ -22,7 +22,7 @@ struct WebFrame {
   std::string text;
 };
 
-/// A client that can misbehave: it writes whatever bytes it is told to. Reads fail the test after
+/// A client that can misbehave: it writes whatever bytes it is given. Reads fail the test after
 /// some seconds of silence.
 class WebClient {
  public:
@@ -32,7 +32,7 @@ class WebClient {
   WebClient(const WebClient&) = delete;
   WebClient& operator=(const WebClient&) = delete;
 
-  /// Of the next connections' kernel buffers, so that a viewer who does not read is noticed early.
+  /// Of the next connections' kernel buffers, so that a viewer that does not read is noticed early.
   static inline int receive_buffer_bytes = 0;
 
   void send(const std::string& bytes);

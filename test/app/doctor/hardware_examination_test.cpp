@@ -31,7 +31,7 @@ void replace(const fs::path& file, const std::string& what, const std::string& b
   std::ofstream(file) << changed;
 }
 
-/// A cell's run directory, and the configuration of somebody who examines it.
+/// A cell's run directory, and the configuration of the examination.
 struct ExaminedCell {
   ExaminedCell() {
     RunRequest request;
@@ -54,7 +54,7 @@ struct ExaminedCell {
   }
   void start() { cell = start({SIMULATED_CELL}); }
 
-  /// Until the cell says that it is so.
+  /// Until the cell reports it.
   void inject(const std::string& device, const std::string& fault) {
     ProcessLoop loop(clock_offset_now());
     LcmBus bus(files.url, loop);
@@ -152,7 +152,7 @@ TEST_CASE("a wrong assignment, a silent PLC and another LIDAR are found, and wha
   CHECK_THAT(cell.about("LIDAR identity").found, Contains("expected"));
 }
 
-TEST_CASE("another arm than the configured one, in a fault, and nobody at an address") {
+TEST_CASE("another arm than the configured one, in a fault, and no device at an address") {
   ExaminedCell cell;
   replace(cell.config() / "arms" / "m710ic_50.yaml", "d6: 175 mm", "d6: 180 mm");
   replace(

@@ -75,7 +75,7 @@ TEST_CASE("a list that cannot be kept is refused at the start, and is no run's e
   CHECK_THROWS_WITH(ActiveRunEntry(folder / "runs/one", "udpm://x"), Contains("another user"));
 }
 
-TEST_CASE("a temporary folder that is missing is told in words") {
+TEST_CASE("a missing temporary folder is an error with an explanation") {
   const Variable temporary("TMPDIR", "/nowhere/at/all");
   CHECK_THROWS_WITH(temporary_directory(),
                     Contains("/nowhere/at/all") && Contains("set TMPDIR to one that is there"));

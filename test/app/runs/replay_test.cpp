@@ -61,7 +61,7 @@ struct Played {
             [this](std::size_t place) { jumps.push_back(place); }) {
     player.start(wall);
   }
-  /// Runs at the times the player asks for, until this one.
+  /// Runs at the times the player requests, until this one.
   void play(Utime duration) {
     const Utime end = wall + duration;
     while (const auto due = player.next_due()) {
@@ -95,7 +95,7 @@ TEST_CASE("Messages are played at their times from each other, and the tail is n
 
 TEST_CASE("A late player makes up for it and does not drift") {
   Played played;
-  played.player.run(played.wall + 95 * millisecond);  // asked for at 0, 10, 20 ...
+  played.player.run(played.wall + 95 * millisecond);  // requested at 0, 10, 20 ...
   CHECK(played.numbers.size() == 10);
   CHECK(*played.player.next_due() == played.wall + 100 * millisecond);
 }
@@ -166,7 +166,7 @@ TEST_CASE("Seeking goes on from another place, at either end too") {
   CHECK(!played.player.finished());
 }
 
-TEST_CASE("A silent gap tells how long it lasts") {
+TEST_CASE("A silent gap shows how long it lasts") {
   Played played;
   played.play(2 * second);
   CHECK(played.player.position(played.wall) == 2 * second);
@@ -198,7 +198,7 @@ TEST_CASE("A part is played, again and again") {
   CHECK(loop.numbers.size() % 10 == 0);
 }
 
-TEST_CASE("Where the clock was set messages go on at their pace, and it is told") {
+TEST_CASE("Where the clock was set messages go on at their pace, and it is reported") {
   const Utime by = GENERATE(-30 * second, 3600 * second, -20 * 365 * 24 * 3600 * second);
   std::vector<Message> messages;
   for (int i = 0; i < 200; ++i) {
@@ -247,7 +247,7 @@ TEST_CASE("Damage does not stop the index, nor a wrong time the player") {
   CHECK_THROWS_AS(LogIndex(log.folder / "none.lcm"), InputError);
 }
 
-TEST_CASE("The index knows channels, sessions and progress") {
+TEST_CASE("The index has channels, sessions and progress") {
   TemporaryDirectory folder;
   {
     logs::LogWriter log(folder / "beats.lcm");
@@ -285,7 +285,7 @@ TEST_CASE("Channels are left out and renamed") {
   CHECK_THROWS_AS(ChannelMap({}, "(", ""), InputError);
 }
 
-TEST_CASE("Live estimates are laid beside the recorded ones of the same returns") {
+TEST_CASE("Live estimates are compared with the recorded ones of the same returns") {
   std::vector<std::string> lines;
   EstimatePairs pairs(made::start, [&lines](const std::string& line) { lines.push_back(line); });
   for (int i = 1; i <= 3; ++i) {

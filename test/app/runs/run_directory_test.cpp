@@ -84,7 +84,7 @@ void write_log(const RunFiles& files, const std::string& procedure) {
 
 }  // namespace
 
-TEST_CASE("one command at a time in a directory; the second says who is at work there") {
+TEST_CASE("one command at a time in a directory; the second names the one at work there") {
   const TemporaryDirectory directory;
   const fs::path place = directory / "campaign";
   {
@@ -111,7 +111,7 @@ TEST_CASE("a file is put in its place whole") {
   CHECK_FALSE(fs::exists(folder / "d.part"));
 }
 
-TEST_CASE("checksums tell what was changed, is missing, or came after") {
+TEST_CASE("checksums show files that were changed, are missing, or came after") {
   const TemporaryDirectory folder;
   fs::create_directory(folder / "config");
   write_file(folder / "run.lcm", "log");
@@ -129,7 +129,7 @@ TEST_CASE("checksums tell what was changed, is missing, or came after") {
                                                                     "late is not listed"});
 }
 
-TEST_CASE("a run keeps by which poses of its target are one, and says so in RUN_INFO") {
+TEST_CASE("a run records the symmetry of its target, in a file and in RUN_INFO") {
   const TemporaryDirectory folder;
   const std::string mesh = (folder / "box.ply").string();
   save_ply(make_box({2, 1, 0.7}), mesh);
@@ -141,8 +141,8 @@ TEST_CASE("a run keeps by which poses of its target are one, and says so in RUN_
   const run_info_t info =
       procedures::make_run_info(procedures::load_procedure(made.procedure()), made.setup,
                                 load_target(made.setup.target, 0), "r", run_info_t::TWIN, "");
-  const SymmetryGroup told = evaluation::symmetry_of_run(info);
-  CHECK(yaml_of(told) == kept);
+  const SymmetryGroup of_info = evaluation::symmetry_of_run(info);
+  CHECK(yaml_of(of_info) == kept);
   request.target.clear();  // the replica has none
   CHECK(read_symmetry(read_file(RunFiles::create(request).directory / evaluation::symmetry_file),
                       "kept")
@@ -262,7 +262,7 @@ TEST_CASE("a run is named by its directory, its log or a part of its name, for e
                     Catch::Matchers::Contains("expected the directory of a run"));
 }
 
-TEST_CASE("what cannot be looked into spoils neither the list of runs nor what became of one") {
+TEST_CASE("an unreadable directory spoils neither the list of runs nor a run's outcome") {
   const TemporaryDirectory folder;
   setenv("XDG_RUNTIME_DIR", (folder / "runtime").c_str(), 1);
   make_run(folder.path(), "1_approach", "PASS");

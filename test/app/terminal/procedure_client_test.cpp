@@ -16,11 +16,11 @@ struct Ending {
 };
 
 struct Operators {
-  Ending& send(std::int8_t what, const std::string& text = "", const std::string& who = "") {
+  Ending& send(std::int8_t what, const std::string& text = "", const std::string& commander = "") {
     procedure_command_t command{};
     command.command = what;
     command.text = text;
-    command.commander = who;
+    command.commander = commander;
     Ending& ending = endings.emplace_back();
     client.send(command, [&ending](CommandStatus status, const std::string& reason) {
       ending = {status, reason, ending.times + 1};
@@ -40,7 +40,7 @@ struct Operators {
 
 }  // namespace
 
-TEST_CASE("an accepted command is told as accepted at once, a refused one with its reason") {
+TEST_CASE("an accepted command is reported at once, a refused one with its reason") {
   Operators o;
   o.bench.run_to(procedure_state_t::RUNNING);
   const Ending& step = o.send(procedure_command_t::STEP);
@@ -96,7 +96,7 @@ TEST_CASE("a command to no engine is given up after 2 s, a stop never") {
   CHECK(hold.status == CommandStatus::accepted);
 }
 
-TEST_CASE("who asks too late or in another run is refused, but stops are obeyed") {
+TEST_CASE("commands that are late or of another run are refused, but stops are obeyed") {
   Operators o;
   o.bench.run_to(procedure_state_t::RUNNING);
   ProcedureClient other(o.bench.simulation.make_bus(), o.loop, fake::session + 1, "other");

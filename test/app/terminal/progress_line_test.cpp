@@ -12,7 +12,7 @@ using Catch::Matchers::EndsWith;
 
 namespace {
 
-/// Two ends: what is written into one is read from the other. The clock is told.
+/// Two ends: what is written into one is read from the other. The clock is set by the test.
 class Ends {
  public:
   enum class Kind { terminal, pipe };
@@ -82,7 +82,7 @@ TEST_CASE_METHOD(OnTerminal,
   CHECK(terminal.written() == "\r\x1b[K");
 }
 
-TEST_CASE_METHOD(OnTerminal, "on a terminal a share is told from its second second on") {
+TEST_CASE_METHOD(OnTerminal, "on a terminal a share is shown from its second second on") {
   {
     ProgressLine line("run.lcm", terminal.output());
     line.show(0.5);
@@ -130,7 +130,7 @@ TEST_CASE_METHOD(OnPipe,
   CHECK(pipe.written() == "lasting\n");
 }
 
-TEST_CASE_METHOD(OnPipe, "what was done before says nothing of the time to go") {
+TEST_CASE_METHOD(OnPipe, "work done before does not count for the time to go") {
   ProgressLine line("runs", 10, pipe.output());
   pipe.now_s += 10;
   line.show(6, "0 did not pass", 5);

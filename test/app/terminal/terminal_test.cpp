@@ -35,7 +35,7 @@ procedure_state_t state_with(std::int8_t what) {
   return state;
 }
 
-procedure_state_t asking(const std::string& id, const std::vector<std::string>& choices) {
+procedure_state_t prompting(const std::string& id, const std::vector<std::string>& choices) {
   procedure_state_t state = state_with(procedure_state_t::PROMPTING);
   state.prompt_id = id;
   state.prompt = "Is the way clear?";
@@ -63,7 +63,7 @@ struct Keyboard {
 
 }  // namespace
 
-TEST_CASE("each key asks for its command, abort at once and as often as it is struck") {
+TEST_CASE("each key requests its command, abort at once and as often as it is struck") {
   Keyboard keyboard;
   keyboard.keys.on(state_with(procedure_state_t::RUNNING));
   keyboard.type("hrntaax");
@@ -82,7 +82,7 @@ TEST_CASE("each key asks for its command, abort at once and as often as it is st
   CHECK(keyboard.keys.leaves());
 }
 
-TEST_CASE("a skip asks for its reason and is not sent without one") {
+TEST_CASE("a skip prompts for its reason and is not sent without one") {
   Keyboard keyboard;
   keyboard.keys.on(state_with(procedure_state_t::RUNNING));
   keyboard.type("s\n");
@@ -102,7 +102,7 @@ TEST_CASE("a skip asks for its reason and is not sent without one") {
 
 TEST_CASE("a prompt takes the keys for its answer; Escape gives them back") {
   Keyboard keyboard;
-  keyboard.keys.on(asking("clear", {"yes", "no", "not yet"}));
+  keyboard.keys.on(prompting("clear", {"yes", "no", "not yet"}));
   keyboard.type("n\n");  // two choices begin so
   CHECK(keyboard.sent.empty());
   CHECK_THAT(text_of(keyboard.keys.lines()), Contains("[yes / no / not yet]"));
@@ -113,7 +113,7 @@ TEST_CASE("a prompt takes the keys for its answer; Escape gives them back") {
   CHECK(keyboard.sent[0].text == "yes");
 
   keyboard.keys.on(state_with(procedure_state_t::RUNNING));
-  keyboard.keys.on(asking("serial", {}));
+  keyboard.keys.on(prompting("serial", {}));
   keyboard.type(
       "\x1b"
       "a");
@@ -123,15 +123,15 @@ TEST_CASE("a prompt takes the keys for its answer; Escape gives them back") {
   REQUIRE(keyboard.sent.size() == 3);
   CHECK(keyboard.sent[2].text == "ha 7");
   // a prompt whose time is up gives the keys back
-  keyboard.keys.on(asking("again", {}));
+  keyboard.keys.on(prompting("again", {}));
   keyboard.keys.on(state_with(procedure_state_t::RUNNING));
   keyboard.type("h");
   CHECK(keyboard.sent.back().command == procedure_command_t::HOLD);
 }
 
-TEST_CASE("who only observes sends nothing") {
+TEST_CASE("an observer sends nothing") {
   Keyboard keyboard(true);
-  keyboard.keys.on(asking("clear", {"yes"}));
+  keyboard.keys.on(prompting("clear", {"yes"}));
   keyboard.type("y\nhrnsta\n");
   CHECK(keyboard.sent.empty());
   CHECK_THAT(text_of(keyboard.keys.lines()), Contains("only observing"));
@@ -139,8 +139,8 @@ TEST_CASE("who only observes sends nothing") {
   CHECK(keyboard.keys.leaves());
 }
 
-TEST_CASE("the panel shows step, time, what comes next, limits with margins, and the question") {
-  procedure_state_t state = asking("clear", {"yes", "no"});
+TEST_CASE("the panel shows step, time, next step, limits with margins, and the prompt") {
+  procedure_state_t state = prompting("clear", {"yes", "no"});
   criterion_result_t limit{};
   limit.name = "never too near";
   limit.unit = "m";
@@ -183,7 +183,7 @@ TEST_CASE("control is taken and given back by one key, and taken over only by a 
   CHECK(sent.size() == 2);
   CHECK_THAT(text_of(keys.lines()), Contains("alice has control: once more takes it over"));
   held_by("bob");
-  keys.type('c');  // somebody else than he was told of
+  keys.type('c');  // another holder than the operator was shown
   CHECK(sent.size() == 2);
   keys.type('c');
   REQUIRE(sent.size() == 3);
@@ -205,18 +205,18 @@ TEST_CASE("what the engine refuses is shown with its reason, whatever events are
 }
 
 TEST_CASE("the speed goes up and down by tenths, within 10 to 100 percent") {
-  std::vector<std::string> asked;
-  OperatorKeys keys([&asked](const procedure_command_t& c) { asked.push_back(c.text); }, false);
+  std::vector<std::string> speeds;
+  OperatorKeys keys([&speeds](const procedure_command_t& c) { speeds.push_back(c.text); }, false);
   keys.on(state_with(procedure_state_t::RUNNING));
   testbed_state_t testbed{};
   testbed.speed_override = 0.3;
   keys.on(testbed);
   for (const char key : {'-', '-', '-', '+'}) keys.type(key);
-  CHECK(asked == std::vector<std::string>{"20 %", "10 %", "10 %", "20 %"});
+  CHECK(speeds == std::vector<std::string>{"20 %", "10 %", "10 %", "20 %"});
   testbed.speed_override = 1;
   keys.on(testbed);
   keys.type('+');
-  CHECK(asked.back() == "100 %");
+  CHECK(speeds.back() == "100 %");
 }
 
 namespace {
@@ -267,7 +267,7 @@ TEST_CASE("without a panel the preconditions take a line while waited for, and o
     state.utime += second;
   }
   CHECK(lines == std::vector<std::string>{"    0.0 s  waiting for a, b, c"});
-  SECTION("told again where it takes long") {
+  SECTION("repeated where it takes long") {
     for (int i = 0; i < 25; ++i) {
       progress.on(state);
       state.utime += second;
@@ -284,7 +284,7 @@ TEST_CASE("without a panel the preconditions take a line while waited for, and o
     REQUIRE(lines.size() == 2);
     CHECK_THAT(lines[1], Contains("ready") && Contains("2 nodes, fence"));
   }
-  SECTION("never met: what is missing is told, what was met is not") {
+  SECTION("never met: only the missing conditions are reported") {
     state.state = procedure_state_t::FINISHED;
     progress.on(state);
     REQUIRE(lines.size() == 3);
@@ -293,7 +293,7 @@ TEST_CASE("without a panel the preconditions take a line while waited for, and o
   }
 }
 
-TEST_CASE("lasting lines tell of steps once, of prompts once, and of holds") {
+TEST_CASE("lasting lines report steps once, prompts once, and holds") {
   std::vector<std::string> lines;
   Progress progress([&lines](const Line& line) { lines.push_back(line.rendered(false)); });
   procedure_state_t state = state_with(procedure_state_t::RUNNING);
@@ -304,11 +304,11 @@ TEST_CASE("lasting lines tell of steps once, of prompts once, and of holds") {
   progress.on(state);
   REQUIRE(lines.size() == 1);
   CHECK(lines[0] == "   30.0 s  done     first  (12.0 s)  62 %");
-  procedure_state_t question = asking("clear", {"yes", "no"});
-  question.steps = state.steps;
-  progress.on(question);
-  question.utime += second;
-  progress.on(question);
+  procedure_state_t prompted = prompting("clear", {"yes", "no"});
+  prompted.steps = state.steps;
+  progress.on(prompted);
+  prompted.utime += second;
+  progress.on(prompted);
   REQUIRE(lines.size() == 2);
   CHECK_THAT(lines[1], Contains("asks") && Contains("[yes / no]") && Contains("prompt clear"));
   state.state = procedure_state_t::HELD;
@@ -317,7 +317,7 @@ TEST_CASE("lasting lines tell of steps once, of prompts once, and of holds") {
   CHECK_THAT(lines[2], Contains("HELD"));
 }
 
-TEST_CASE("lines are cut by characters, and coloured only where it is wanted") {
+TEST_CASE("lines are cut by characters, and coloured only where requested") {
   Line line("rote ", Style::bad);
   line.add("Größe").tab(14).add("x");
   CHECK(line.width() == 15);
@@ -330,7 +330,7 @@ TEST_CASE("lines are cut by characters, and coloured only where it is wanted") {
   CHECK(text_of_duration(2 * 3600 + 180) == "2 h 03 min");
 }
 
-TEST_CASE("the list of a check fits 100 columns and says what is wrong below its step") {
+TEST_CASE("the list of a check fits 100 columns and has errors below their step") {
   procedures::CheckReport report;
   report.file = "p.yaml";
   report.name = "p";

@@ -102,7 +102,7 @@ TEST_CASE("a drift that changes is learnt anew, without a jump of the clock") {
   CHECK(map.line().drift == Approx(450e-6).margin(30e-6));
 }
 
-TEST_CASE("a clock that was set is told, and what was known is forgotten") {
+TEST_CASE("a clock that was set is reported, and the old estimate is forgotten") {
   Device device;
   ClockMap map(device.resolution);
   follow(map, device, 500, 0);
@@ -117,7 +117,7 @@ TEST_CASE("a clock that was set is told, and what was known is forgotten") {
   }
 }
 
-TEST_CASE("the tightest brackets decide, and say how sure they are") {
+TEST_CASE("the tightest brackets decide, with their uncertainty") {
   ClockMap map;
   CHECK_FALSE(map.valid());
   map.add(1000, 501500, 2000);  // 1 ms wide: offset 500000

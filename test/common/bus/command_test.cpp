@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Commands and their answers: who sends one knows how it ended, whatever is lost on the way.
+// Commands and their answers: the sender learns the outcome, whatever is lost on the way.
 #include <berth/facility_command_t.hpp>
 #include <map>
 #include <memory>
@@ -19,7 +19,7 @@ struct Exchange {
     node_bus.subscribe<facility_command_t>(
         "COMMAND", Queue::fifo(), [this](const facility_command_t& command) {
           ++received;
-          if (deaf || !answers->is_new(command)) return;
+          if (unresponsive || !answers->is_new(command)) return;
           obeyed[command.commander].push_back(command.seq);
           if (command.sun_lamp > 1) {
             answers->refuse(command, "found " + std::to_string(command.sun_lamp));
@@ -59,7 +59,7 @@ struct Exchange {
   std::map<std::string, std::vector<std::int64_t>> obeyed;
   command_answers_t last{};
   int received = 0;
-  bool deaf = false;
+  bool unresponsive = false;
 };
 
 }  // namespace
@@ -102,9 +102,9 @@ TEST_CASE("two commanders with the same numbers each get their own answers, thro
   CHECK(exchange.obeyed["two"].size() == 20);
 }
 
-TEST_CASE("a command without an answer is repeated until its time limit, or for ever") {
+TEST_CASE("a command without an answer is repeated until its time limit, or without end") {
   Exchange exchange;
-  exchange.deaf = true;
+  exchange.unresponsive = true;
   Commander me{"me", 7, 0};
   auto& limited = exchange.client();
   auto& patient = exchange.client();
@@ -118,7 +118,7 @@ TEST_CASE("a command without an answer is repeated until its time limit, or for 
   CHECK(limited.reason() == "no answer within 3.0 s");
   exchange.run_for(60);
   CHECK(patient.pending());
-  exchange.deaf = false;
+  exchange.unresponsive = false;
   exchange.run_for(1);
   CHECK(patient.status() == CommandStatus::accepted);
   CHECK(exchange.obeyed["me"] == std::vector<std::int64_t>{2});
@@ -165,7 +165,7 @@ TEST_CASE("a motion that was accepted may still be finished, or given up with a 
   }
 }
 
-TEST_CASE("answers are published for ten seconds, and fit into a message whoever commands") {
+TEST_CASE("answers are published for ten seconds, and fit into a message whatever the commanders") {
   Exchange exchange;
   Commander me{"me", 7, 0};
   Commander huge{std::string(59900, 'x'), 7, 0};

@@ -92,7 +92,7 @@ class WorkingNode final : public Node {
 
 }  // namespace
 
-TEST_CASE("a node that works beats and says that its work takes too long") {
+TEST_CASE("a node at work beats and reports that its work takes too long") {
   ProcessLoop loop(clock_offset_now());
   LcmBus bus(own_url(), loop);
   WorkingNode node({"working", 42, ""}, bus, loop);
@@ -110,15 +110,15 @@ TEST_CASE("a node that works beats and says that its work takes too long") {
                                    loop.stop();
                                });
   bus.start();
-  const auto beside = std::this_thread::get_id();
+  const auto loop_thread = std::this_thread::get_id();
   bool elsewhere = false;
   bool back = false;
   node.do_work({"long work", millisecond,
                 [&, future = std::make_shared<std::future<void>>(enough.get_future())] {
-                  elsewhere = std::this_thread::get_id() != beside;
+                  elsewhere = std::this_thread::get_id() != loop_thread;
                   future->wait();  // an endless one, did the beats wait for it
                 },
-                [&] { back = std::this_thread::get_id() == beside; }});
+                [&] { back = std::this_thread::get_id() == loop_thread; }});
   loop.after(20 * second, [&] { loop.stop(); });
   loop.run();
   CHECK(beats >= 4);
@@ -145,7 +145,7 @@ TEST_CASE("jobs of a worker run in their order; an exception reaches the loop") 
   CHECK(worker->waiting() == 0);
 }
 
-TEST_CASE("what the network does not take is counted") {
+TEST_CASE("messages that the network does not take are counted") {
   ProcessLoop loop(clock_offset_now());
   LcmBus bus(own_url(), loop);
   bus.publish(std::string(64, 'c'), heartbeat_t{});  // LCM takes names of up to 63 characters
@@ -164,7 +164,7 @@ TEST_CASE("real sockets: dial, listen, refuse") {
   Sockets& sockets = loop.sockets();
   const std::string address = "127.0.0.1:" + std::to_string(20000 + getpid() % 10000);
   Socket device;
-  std::string heard;
+  std::string received;
   bool refused = false;
   sockets.listen(address, [&](Socket socket) {
     device = std::move(socket);
@@ -175,11 +175,11 @@ TEST_CASE("real sockets: dial, listen, refuse") {
         loop.unwatch(device.fd());
         return loop.stop();
       }
-      heard.append(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(*size));
+      received.append(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(*size));
     });
   });
-  sockets.dial("127.0.0.1:1", [&](const Socket& nobody) {
-    refused = nobody.fd() < 0;
+  sockets.dial("127.0.0.1:1", [&](const Socket& refusing) {
+    refused = refusing.fd() < 0;
     sockets.dial(address, [&](const Socket& socket) {
       REQUIRE(socket.fd() >= 0);
       const std::vector<std::uint8_t> hello{'h', 'e', 'l', 'l', 'o'};
@@ -189,15 +189,15 @@ TEST_CASE("real sockets: dial, listen, refuse") {
   loop.after(20 * second, [&] { loop.stop(); });
   loop.run();
   CHECK(refused);
-  CHECK(heard == "hello");
+  CHECK(received == "hello");
   CHECK_THROWS_AS(sockets.listen(address, [](const Socket&) {}), InputError);
   CHECK_THROWS_AS(sockets.dial("nowhere", [](const Socket&) {}), InputError);
 }
 
 /// Takes no connection any more: a dialler's first packet is not answered, as by a machine that is
 /// switched off.
-struct Deaf {
-  Deaf() {
+struct UnresponsiveDevice {
+  UnresponsiveDevice() {
     sockaddr_in at{};
     at.sin_family = AF_INET;
     at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
@@ -209,7 +209,7 @@ struct Deaf {
     for (std::size_t i = 1; i < sockets.size(); ++i) (void)connect(sockets[i], any, size);
     address = "127.0.0.1:" + std::to_string(ntohs(at.sin_port));
   }
-  ~Deaf() {
+  ~UnresponsiveDevice() {
     for (const int fd : sockets) close(fd);
   }
   static int make() { return socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0); }
@@ -219,7 +219,7 @@ struct Deaf {
 };
 
 TEST_CASE("a device that is switched off is given up in time, and the loop goes on meanwhile") {
-  const Deaf deaf;
+  const UnresponsiveDevice unresponsive;
   ProcessLoop loop(clock_offset_now());
   Sockets& sockets = loop.sockets();
   int beats = 0;
@@ -227,7 +227,7 @@ TEST_CASE("a device that is switched off is given up in time, and the loop goes 
   const Utime begin = loop.now();
   loop.every(5 * millisecond, [&] { ++beats; });
   sockets.dial(
-      deaf.address,
+      unresponsive.address,
       [&](const Socket& socket) {
         given_up = socket.fd() < 0;
         loop.stop();
@@ -238,16 +238,16 @@ TEST_CASE("a device that is switched off is given up in time, and the loop goes 
   CHECK(given_up);
   CHECK(loop.now() - begin >= 60 * millisecond);
   CHECK(beats > 0);
-  CHECK(sockets.trouble(deaf.address) == deaf.address + ": no answer within 60 ms");
+  CHECK(sockets.trouble(unresponsive.address) == unresponsive.address + ": no answer within 60 ms");
 }
 
 TEST_CASE("a name that takes long to be looked up keeps nothing waiting") {
   ProcessLoop loop(clock_offset_now());
   std::promise<void> answer;
-  std::atomic<int> asked = 0;
+  std::atomic<int> lookups = 0;
   Sockets sockets(
       loop, [&, future = answer.get_future().share()](const std::string& host, const std::string&) {
-        ++asked;
+        ++lookups;
         future.wait();
         return Sockets::Found{std::nullopt, host + " is not known"};
       });
@@ -271,7 +271,7 @@ TEST_CASE("a name that takes long to be looked up keeps nothing waiting") {
       60 * millisecond);
   loop.run();
   CHECK(given_up == 2);
-  CHECK(asked == 1);  // a second thread does not wait for the same name
+  CHECK(lookups == 1);  // a second thread does not wait for the same name
   CHECK(sockets.trouble("robot:502") == "robot:502: its name: robot is not known");
 }
 

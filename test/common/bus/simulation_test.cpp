@@ -40,7 +40,7 @@ TEST_CASE("a repeated timer keeps its period and can cancel itself") {
   CHECK(beats == 3);
 }
 
-TEST_CASE("the name of a timer that has fired means nothing to those that come after it") {
+TEST_CASE("the id of a timer that has fired does not cancel a later one") {
   Simulation simulation;
   SimulatedLoop& loop = simulation.make_loop();
   int fired = 0;
@@ -105,7 +105,7 @@ class Probe : public Node {
  public:
   using Node::Node;
   void become_ready() { report(node_status_t::READY, ""); }
-  void tell(const std::string& text) { event(event_t::INFO, "told", text); }
+  void publish_event(const std::string& text) { event(event_t::INFO, "probe", text); }
   void do_work(Worker::Job job) { work(std::move(job)); }
 };
 
@@ -123,7 +123,7 @@ struct Observer {
 
 }  // namespace
 
-TEST_CASE("a node tells its state at 1 Hz and on change, and beats at 20 Hz") {
+TEST_CASE("a node publishes its state at 1 Hz and on change, and beats at 20 Hz") {
   Simulation simulation;
   Observer observer(simulation.make_bus());
   const int& beats = observer.beats;
@@ -139,48 +139,49 @@ TEST_CASE("a node tells its state at 1 Hz and on change, and beats at 20 Hz") {
   CHECK_FALSE(statuses[0].version.empty());
 }
 
-TEST_CASE("a stopped node hears what has waited when it goes on, a killed one nothing any more") {
+TEST_CASE("a stopped node receives waiting messages when it goes on, a killed one none") {
   Simulation simulation;
-  SimulatedBus& ears = simulation.make_bus();
+  SimulatedBus& subscriber = simulation.make_bus();
   int beats = 0;
-  ears.subscribe<heartbeat_t>(channels::heartbeat, Queue::fifo(),
-                              [&](const heartbeat_t&) { ++beats; });
+  subscriber.subscribe<heartbeat_t>(channels::heartbeat, Queue::fifo(),
+                                    [&](const heartbeat_t&) { ++beats; });
   SimulatedBus& bus = simulation.make_bus();
   SimulatedLoop& loop = simulation.make_loop();
   auto node = std::make_unique<Probe>(NodeSetup{"probe", 42, ""}, bus, loop);
-  int heard = 0;
+  int received = 0;
   bool fired = false;
   bus.subscribe<node_status_t>(channels::node_status, Queue::fifo(),
-                               [&](const node_status_t&) { ++heard; });
+                               [&](const node_status_t&) { ++received; });
   simulation.stop(loop, bus);
   loop.after(100 * millisecond, [&] { fired = true; });
-  ears.publish(channels::node_status, node_status_t{});
+  subscriber.publish(channels::node_status, node_status_t{});
   simulation.run_for(second);
   CHECK(beats == 0);
-  CHECK(heard == 0);
+  CHECK(received == 0);
   CHECK_FALSE(fired);
   simulation.go_on(loop, bus);
   simulation.run_for(210 * millisecond);
-  CHECK(heard == 1);
+  CHECK(received == 1);
   CHECK(fired);
   CHECK(beats == 4);
   simulation.kill(loop, bus);
   node.reset();
-  ears.publish(channels::node_status, node_status_t{});
+  subscriber.publish(channels::node_status, node_status_t{});
   simulation.run_for(second);
-  CHECK(heard == 1);
+  CHECK(received == 1);
   CHECK(beats == 4);
 }
 
-TEST_CASE("words of others, however long, fit into an event and a status") {
+TEST_CASE("texts of others, however long, fit into an event and a status") {
   Simulation simulation;
-  SimulatedBus& ears = simulation.make_bus();
-  std::string told;
-  ears.subscribe<event_t>(channels::event, Queue::fifo(), [&](const event_t& e) { told = e.text; });
+  SimulatedBus& subscriber = simulation.make_bus();
+  std::string event_text;
+  subscriber.subscribe<event_t>(channels::event, Queue::fifo(),
+                                [&](const event_t& e) { event_text = e.text; });
   Probe node({"probe", 42, ""}, simulation.make_bus(), simulation.make_loop());
-  node.tell(std::string(70000, 'x'));
+  node.publish_event(std::string(70000, 'x'));
   simulation.run_for(millisecond);
-  CHECK(told == std::string(2000, 'x'));
+  CHECK(event_text == std::string(2000, 'x'));
 }
 
 TEST_CASE("work is done at once, unless it is stopped: then the node is in FAULT, and beats") {
@@ -214,20 +215,20 @@ TEST_CASE("work is done at once, unless it is stopped: then the node is in FAULT
   CHECK(statuses.back().state == node_status_t::READY);
 }
 
-TEST_CASE("packets are lost for each receiver by itself, in the share asked for") {
+TEST_CASE("packets are lost for each receiver by itself, in the requested share") {
   Simulation simulation;
   SimulatedBus& sender = simulation.make_bus();
-  int heard[2] = {0, 0};
+  int received[2] = {0, 0};
   int both = 0;
   bool first = false;
   simulation.make_bus().subscribe<heartbeat_t>(channels::heartbeat, Queue::fifo(),
                                                [&](const heartbeat_t&) {
-                                                 ++heard[0];
+                                                 ++received[0];
                                                  first = true;
                                                });
   simulation.make_bus().subscribe<heartbeat_t>(channels::heartbeat, Queue::fifo(),
                                                [&](const heartbeat_t&) {
-                                                 ++heard[1];
+                                                 ++received[1];
                                                  both += first ? 1 : 0;
                                                });
   simulation.set_bus_loss(0.2);
@@ -236,7 +237,7 @@ TEST_CASE("packets are lost for each receiver by itself, in the share asked for"
     sender.publish(channels::heartbeat, heartbeat_t{});
     simulation.run_for(millisecond);
   }
-  CHECK(heard[0] == Approx(8000).margin(200));  // five sigma
-  CHECK(heard[1] == Approx(8000).margin(200));
+  CHECK(received[0] == Approx(8000).margin(200));  // five sigma
+  CHECK(received[1] == Approx(8000).margin(200));
   CHECK(both == Approx(6400).margin(250));
 }

@@ -29,7 +29,7 @@ std::string raw(T value) {
   return bytes;
 }
 
-/// Points with an array, intensity, time and sigma beside them; in an organised cloud every tenth
+/// Points with an array, intensity, time and sigma; in an organised cloud every tenth
 /// is empty.
 struct Sample {
   std::size_t width = 100;
@@ -226,19 +226,20 @@ TEST_CASE("PLY: other elements, lists and further properties do not matter") {
 }
 
 TEST_CASE("PLY: what is no cloud is refused by name") {
-  const auto says = [](const std::string& bytes, const char* part) {
+  const auto check_error = [](const std::string& bytes, const char* part) {
     CAPTURE(bytes);
     CHECK_THROWS_WITH(ply(bytes), Contains("d/a.ply") && Contains(part));
   };
-  says("", "expected");
-  says(std::string(5000, '\xfe'), "expected");
-  says("ply\nformat ascii 1.0\nelement vertex 1\nproperty float u\nend_header\n1\n",
-       "found the fields 'u', expected x, y and z");
-  says("ply\nformat ascii 1.0\nelement face 0\nend_header\n", "no element 'vertex'");
-  says(replaced(ply_head, "vertex 2", "vertex 0") + "end_header\n", "holds no point");
-  says(replaced(ply_head, "vertex 2", "vertex 4000000000") + "end_header\n1 2 3\n", "cut short");
-  says(ply_head + "end_header\n-0,28 -0,47 7,75\n0,1 0,2 3,4\n", "a.ply:8: ");
-  says(ply_head + "end_header\n1 2 3\n1 two 3\n", "a.ply:9: ");
+  check_error("", "expected");
+  check_error(std::string(5000, '\xfe'), "expected");
+  check_error("ply\nformat ascii 1.0\nelement vertex 1\nproperty float u\nend_header\n1\n",
+              "found the fields 'u', expected x, y and z");
+  check_error("ply\nformat ascii 1.0\nelement face 0\nend_header\n", "no element 'vertex'");
+  check_error(replaced(ply_head, "vertex 2", "vertex 0") + "end_header\n", "holds no point");
+  check_error(replaced(ply_head, "vertex 2", "vertex 4000000000") + "end_header\n1 2 3\n",
+              "cut short");
+  check_error(ply_head + "end_header\n-0,28 -0,47 7,75\n0,1 0,2 3,4\n", "a.ply:8: ");
+  check_error(ply_head + "end_header\n1 2 3\n1 two 3\n", "a.ply:9: ");
   for (const std::string& bytes : {std::string(), std::string("nonsense\n")}) {
     CHECK_THROWS_WITH(pcd(bytes), Contains("d/a.pcd") && Contains("expected"));
   }

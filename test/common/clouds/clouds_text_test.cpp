@@ -129,7 +129,7 @@ TEST_CASE("XYZ: UTF-16 is text") {
   }
 }
 
-TEST_CASE("XYZ: times have the unit that their name says") {
+TEST_CASE("XYZ: times have the unit that their name implies") {
   const auto utime = [](const std::string& name, const std::string& time) {
     const Cloud cloud = xyz("x,y,z," + name + "\n1,2,3," + time + "\n1,2,4," + time + "\n");
     CAPTURE(name, time);
@@ -145,8 +145,7 @@ TEST_CASE("XYZ: times have the unit that their name says") {
   CHECK(utime("\"GPS_time (\xC2\xB5s)\"", "12") == 12);
 }
 
-TEST_CASE(
-    "XYZ: without it, the unit is found from the values, and told; or none is used, and told") {
+TEST_CASE("XYZ: without it, the unit is found from the values or not used; both are reported") {
   const auto read = [](const std::string& first, const std::string& second) {
     return xyz("x y z timestamp\n1 2 3 " + first + "\n1 2 4 " + second + "\n");
   };
@@ -182,13 +181,13 @@ TEST_CASE(
   }
   CloudOptions ns;
   ns.us_per_time = 1e-3;
-  const Cloud asked =
+  const Cloud in_nanoseconds =
       parse_cloud("x y z timestamp\n1 2 3 0\n1 2 4 99990000\n", ".xyz", "a.xyz", ns);
-  CHECK(asked.has_times);
-  CHECK(asked.beams[1].utime == 99990);
+  CHECK(in_nanoseconds.has_times);
+  CHECK(in_nanoseconds.beams[1].utime == 99990);
 }
 
-TEST_CASE("XYZ: a sigma is used where it says something") {
+TEST_CASE("XYZ: a sigma is used where it is informative") {
   const Cloud cloud = xyz("sigma,x,y,z\n0.02,1,2,3\n,1,2,3\n-1,1,2,3\nnan,1,2,3\n0,1,2,3\n");
   CHECK(cloud.has_sigmas);
   CHECK(cloud.counts.hits == 5);
@@ -212,42 +211,42 @@ TEST_CASE("XYZ: rows that are no returns are dropped and counted") {
 }
 
 TEST_CASE("XYZ: errors name the file, the line, what was found and what was expected") {
-  const auto says = [](const std::string& text, const char* part) {
+  const auto check_error = [](const std::string& text, const char* part) {
     CAPTURE(text);
     CHECK_THROWS_WITH(xyz(text), Contains(part) && Contains("d/a.xyz"));
   };
-  says("1 2 3\n1 2\n", "a.xyz:2: found 2 columns, expected 3: as many as in line 1");
-  says("1 2 3\n\n1 2 3 4\n", "a.xyz:3: found 4 columns, expected 3");
-  says("1,2,3\n4,5,6\n7;8;9\n", "a.xyz:3: found 1 columns, expected 3");
-  says("1,2,3\n4 5 6\n", "a.xyz:2: ");
-  says("1 2\n3 4\n", "a.xyz:1: found 2 columns, expected x, y and z");
-  says("\n1 2 3\n1 2 three\n", "a.xyz:3: found 'three' for z, expected a number");
-  says("1 2 3\nx y z\n", "a.xyz:2: found 'x' for x, expected a number");
-  says("1 2 3\n1 0x10 3\n", "a.xyz:2: found '0x10' for y");
-  says("1.5 2 3\n1,5 2 3\n", "a.xyz:2: found '1,5' for x");
-  says("1,5;2;3\n1.5;2;3\n", "a.xyz:2: found '1.5' for x");
-  says("1.234,5;2;3\n", "nor a header in '1.234,5;2;3'");
-  says("a b c\n1 2 3\n", "a.xyz:1: found neither");
-  says("x y z time\n1 2 3\n", "a.xyz:2: found 3 columns, expected 4: as many are named");
-  says("x y z\n1 2 3 4\n", "a.xyz:2: found 4 columns, expected 3");
-  says("x,y,z\n-0,28,0,47,7,75\n", "a decimal comma");
-  says("# n intensity x y z\n1 2 3 4\n", "a comment that names x, y and z otherwise");
-  says("x,y,z,x\n1,2,3,4\n", "a.xyz:1: found two columns named 'x'");
-  says("x (px),y,z\n1,2,3\n", "a.xyz:1: found the unit 'px' of column 'x', expected m, mm");
-  says("3\n1 2 3\n1 2 4\n", "found 2 points, expected the 3 declared");
-  says("1\n1 2 3\n1 2 4\n", "a.xyz:3: found 2 points, expected the 1 declared");
-  says("1,234 5,678 9,012\n", "decimals or thousands");
-  says("1,25,2,75,3,5\n-1,25,2,75,3,5\n", "halves of numbers");
-  says("0,1,2,3\n1,4,5,6\n2,7,8,9\n", "the first column counts the lines");
-  says(
+  check_error("1 2 3\n1 2\n", "a.xyz:2: found 2 columns, expected 3: as many as in line 1");
+  check_error("1 2 3\n\n1 2 3 4\n", "a.xyz:3: found 4 columns, expected 3");
+  check_error("1,2,3\n4,5,6\n7;8;9\n", "a.xyz:3: found 1 columns, expected 3");
+  check_error("1,2,3\n4 5 6\n", "a.xyz:2: ");
+  check_error("1 2\n3 4\n", "a.xyz:1: found 2 columns, expected x, y and z");
+  check_error("\n1 2 3\n1 2 three\n", "a.xyz:3: found 'three' for z, expected a number");
+  check_error("1 2 3\nx y z\n", "a.xyz:2: found 'x' for x, expected a number");
+  check_error("1 2 3\n1 0x10 3\n", "a.xyz:2: found '0x10' for y");
+  check_error("1.5 2 3\n1,5 2 3\n", "a.xyz:2: found '1,5' for x");
+  check_error("1,5;2;3\n1.5;2;3\n", "a.xyz:2: found '1.5' for x");
+  check_error("1.234,5;2;3\n", "nor a header in '1.234,5;2;3'");
+  check_error("a b c\n1 2 3\n", "a.xyz:1: found neither");
+  check_error("x y z time\n1 2 3\n", "a.xyz:2: found 3 columns, expected 4: as many are named");
+  check_error("x y z\n1 2 3 4\n", "a.xyz:2: found 4 columns, expected 3");
+  check_error("x,y,z\n-0,28,0,47,7,75\n", "a decimal comma");
+  check_error("# n intensity x y z\n1 2 3 4\n", "a comment that names x, y and z otherwise");
+  check_error("x,y,z,x\n1,2,3,4\n", "a.xyz:1: found two columns named 'x'");
+  check_error("x (px),y,z\n1,2,3\n", "a.xyz:1: found the unit 'px' of column 'x', expected m, mm");
+  check_error("3\n1 2 3\n1 2 4\n", "found 2 points, expected the 3 declared");
+  check_error("1\n1 2 3\n1 2 4\n", "a.xyz:3: found 2 points, expected the 1 declared");
+  check_error("1,234 5,678 9,012\n", "decimals or thousands");
+  check_error("1,25,2,75,3,5\n-1,25,2,75,3,5\n", "halves of numbers");
+  check_error("0,1,2,3\n1,4,5,6\n2,7,8,9\n", "the first column counts the lines");
+  check_error(
       "x,y,z\n\xE2\x88\x92"
       "0.2,1,8\n",
       "a.xyz:2: found '???0.2' for x");
-  says(",1,2,3\n,4,5,6\n", "a.xyz:1: x, y or z is empty in every line");
-  says("", "holds no point");
-  says("x,y,z\n", "holds no point");
-  says("# nothing\n\n", "holds no point");
-  says(std::string("\0\1\2", 3), "binary");
+  check_error(",1,2,3\n,4,5,6\n", "a.xyz:1: x, y or z is empty in every line");
+  check_error("", "holds no point");
+  check_error("x,y,z\n", "holds no point");
+  check_error("# nothing\n\n", "holds no point");
+  check_error(std::string("\0\1\2", 3), "binary");
 }
 
 TEST_CASE("PTX: empty beams become misses whose directions are right to a milliradian") {
@@ -267,7 +266,7 @@ TEST_CASE("PTX: empty beams become misses whose directions are right to a millir
   }
 }
 
-TEST_CASE("PTX: what tells no direction gives no miss") {
+TEST_CASE("PTX: beams without a known direction give no miss") {
   SECTION("a single return") {
     const Cloud cloud = parse_ptx(ptx("2", "2", "0 0 0 0\n0 0 0 0\n0 0 5 1\n0 0 0 0\n"), "a.ptx");
     CHECK(cloud.counts.hits == 1);
@@ -294,24 +293,26 @@ TEST_CASE("PTX: what tells no direction gives no miss") {
 }
 
 TEST_CASE("PTX: errors name the file, the line, what was found and what was expected") {
-  const auto says = [](const std::string& text, const char* part) {
+  const auto check_error = [](const std::string& text, const char* part) {
     CHECK_THROWS_WITH(parse_ptx(text, "d/a.ptx"), Contains(part));
     CHECK_THROWS_WITH(parse_ptx(text, "d/a.ptx"), Contains("d/a.ptx:"));
   };
-  says("", "the file ends, expected the number of columns");
-  says("2\n", "the file ends, expected the number of rows");
-  says("two\n", "a.ptx:1: found 'two'");
-  says("-3\n", "a.ptx:1: found '-3'");
-  says("1.5\n", "a.ptx:1: found '1.5'");
-  says("1 2 3\n", "a.ptx:1: found 3 columns, expected the number of columns");
-  says("1\n1\n0 0\n", "a.ptx:3: found 2 columns, expected the scanner's position");
-  says(ptx("1", "2", "0 0 5 1\n"), "the file ends after 1 beams, expected 1 columns of 2 beams");
-  says(ptx("1", "1", "0 0 5 1\n0 0 5 1\n"), "a.ptx:12: found more than the 1 beams");
-  says(ptx("1", "1", "0 0 5 1\n") + ptx("1", "1", "0 0 5 1\n"), "a.ptx:12: found a second scan");
-  says(ptx("1", "1", "0 zero 5 1\n"), "a.ptx:11: found 'zero' for y");
-  says(ptx("1", "2", "0 0 5 1\n0 0 5 1 9 9 9\n"), "a.ptx:12: found 7 columns, expected 4");
-  says(ptx("1", "1", "0,5 0 5 1\n"), "a.ptx:11: found '0,5' for x");
-  says(ptx("100000000", "100000000", "0 0 5 1\n"), "too short");
+  check_error("", "the file ends, expected the number of columns");
+  check_error("2\n", "the file ends, expected the number of rows");
+  check_error("two\n", "a.ptx:1: found 'two'");
+  check_error("-3\n", "a.ptx:1: found '-3'");
+  check_error("1.5\n", "a.ptx:1: found '1.5'");
+  check_error("1 2 3\n", "a.ptx:1: found 3 columns, expected the number of columns");
+  check_error("1\n1\n0 0\n", "a.ptx:3: found 2 columns, expected the scanner's position");
+  check_error(ptx("1", "2", "0 0 5 1\n"),
+              "the file ends after 1 beams, expected 1 columns of 2 beams");
+  check_error(ptx("1", "1", "0 0 5 1\n0 0 5 1\n"), "a.ptx:12: found more than the 1 beams");
+  check_error(ptx("1", "1", "0 0 5 1\n") + ptx("1", "1", "0 0 5 1\n"),
+              "a.ptx:12: found a second scan");
+  check_error(ptx("1", "1", "0 zero 5 1\n"), "a.ptx:11: found 'zero' for y");
+  check_error(ptx("1", "2", "0 0 5 1\n0 0 5 1 9 9 9\n"), "a.ptx:12: found 7 columns, expected 4");
+  check_error(ptx("1", "1", "0,5 0 5 1\n"), "a.ptx:11: found '0,5' for x");
+  check_error(ptx("100000000", "100000000", "0 0 5 1\n"), "too short");
 }
 
 TEST_CASE("A file that is none of the formats, or not there, is an error by name") {

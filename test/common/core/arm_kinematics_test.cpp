@@ -41,7 +41,7 @@ double largest_difference(const Joints& a, const Joints& b) {
   return largest;
 }
 
-TEST_CASE("the faceplate stands where the pendant says, to 1 um and 1e-6 degrees") {
+TEST_CASE("the faceplate stands where the pendant shows, to 1 um and 1e-6 degrees") {
   struct Check {
     std::array<double, 6> joints;
     Xyzwpr xyzwpr;
@@ -200,7 +200,7 @@ TEST_CASE("an impossible pose is refused with its reason") {
   }
 }
 
-TEST_CASE("of all eight branches each has its solutions or says why it has none") {
+TEST_CASE("of all eight branches each has its solutions or a reason why not") {
   const auto& arm = dynamic_cast<const SphericalWristArm&>(*fanuc());
   Random random(6, "all branches");
   int closed = 0;
@@ -277,7 +277,7 @@ TEST_CASE("manipulability vanishes at the three singularities and only there") {
             ->manipulability({0, 0, 0, 0.3, radians(90.0), 0.2}) < 1e-7);
 }
 
-TEST_CASE("the gantry goes where its axes say and back") {
+TEST_CASE("the gantry goes where its axes are and back") {
   const auto gantry = ArmKinematics::load("config/arms/gantry.yaml");
   const Pose pose = pose_from_xyzwpr({100, -230, 8000, 25, 20, -30});
   const Joints q{0.1, -0.23, 8, radians(25.0), radians(20.0), radians(-30.0)};

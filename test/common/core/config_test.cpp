@@ -9,8 +9,8 @@ using Catch::Contains;
 
 namespace {
 
-/// What the reader says of this text when read as a lidar's configuration.
-std::string complaint(const std::string& text) {
+/// The reader's error for this text when read as a lidar's configuration.
+std::string error_of(const std::string& text) {
   try {
     Config config = Config::parse(text, "lidar.yaml");
     config.quantity("range_min", Dimension::length);
@@ -41,19 +41,19 @@ TEST_CASE("a good file reads in SI units") {
 }
 
 TEST_CASE("bad input names file, line, key, what was found and what was expected") {
-  CHECK(complaint("range_min: 3 m\nbeam:\n  divergence: 0.17 mrad\n").empty());
-  CHECK(complaint("range_min: 3\nbeam: {divergence: 1 deg}\n") ==
+  CHECK(error_of("range_min: 3 m\nbeam:\n  divergence: 0.17 mrad\n").empty());
+  CHECK(error_of("range_min: 3\nbeam: {divergence: 1 deg}\n") ==
         "lidar.yaml:1: key 'range_min': found '3', expected a length such as '5.5 m' or '30 mm'");
-  CHECK(complaint("range_min: 3 m\nbeam:\n  divergence: 1 s\n")
+  CHECK(error_of("range_min: 3 m\nbeam:\n  divergence: 1 s\n")
             .rfind("lidar.yaml:3: key 'beam.divergence': found '1 s', expected an angle", 0) == 0);
-  CHECK(complaint("range_min: 3 m\nbeam:\n  divergence: 1 deg\n  divergance: 2 deg\n") ==
+  CHECK(error_of("range_min: 3 m\nbeam:\n  divergence: 1 deg\n  divergance: 2 deg\n") ==
         "lidar.yaml:4: key 'beam.divergance': is not known here; did you mean 'divergence'?");
-  CHECK(complaint("range_min: 3 m\n") == "lidar.yaml:1: key 'beam': is missing");
-  CHECK(complaint("range_min: 3 m\nrange_min: 4 m\nbeam: {divergence: 1 deg}\n")
+  CHECK(error_of("range_min: 3 m\n") == "lidar.yaml:1: key 'beam': is missing");
+  CHECK(error_of("range_min: 3 m\nrange_min: 4 m\nbeam: {divergence: 1 deg}\n")
             .rfind("lidar.yaml:2: key 'range_min' appears twice", 0) == 0);
-  CHECK(complaint("range_min: [3 m\n").rfind("lidar.yaml:", 0) == 0);
-  CHECK(complaint("- 1\n- 2\n") == "lidar.yaml:1: found a list of 2, expected a map of keys");
-  CHECK(complaint("range_min: nan m\nbeam: {divergence: 1 deg}\n").find("expected a length") !=
+  CHECK(error_of("range_min: [3 m\n").rfind("lidar.yaml:", 0) == 0);
+  CHECK(error_of("- 1\n- 2\n") == "lidar.yaml:1: found a list of 2, expected a map of keys");
+  CHECK(error_of("range_min: nan m\nbeam: {divergence: 1 deg}\n").find("expected a length") !=
         std::string::npos);
 }
 
@@ -106,7 +106,7 @@ TEST_CASE("quantities are finite and have one sign") {
   CHECK(parse_quantity("+010 mm", Dimension::length) == Approx(0.01));
 }
 
-TEST_CASE("Bounds are checked where a key is read, and said in one way") {
+TEST_CASE("Bounds are checked where a key is read, and reported in one form") {
   const auto refused = [](const std::string& value, Dimension dimension,
                           const ValueBounds& bounds) {
     Config config = Config::parse("a:\n  b: " + value + "\n", "x.yaml");
@@ -195,7 +195,7 @@ TEST_CASE("A value is shown in the unit that makes it shortest") {
   CHECK(text_of(60, Dimension::time) == "60 s");
 }
 
-TEST_CASE("A key under its former name is an error that says the present one") {
+TEST_CASE("A key under its former name is an error that names the present one") {
   Config config = Config::parse("scan_planner:\n  least_margin: 20 mm\n", "estimator.yaml");
   Config planner = config.section("scan_planner");
   double margin = 0;

@@ -248,7 +248,7 @@ TEST_CASE("names of OBJ groups, objects and materials and of STL solids are kept
   CHECK(triangles("bus") == std::vector<std::uint32_t>{2});
 }
 
-TEST_CASE("binary STL is known by its size, whatever its header says", "[mesh]") {
+TEST_CASE("binary STL is recognised by its size, whatever its header holds", "[mesh]") {
   for (const char* header : {"", "solid of a tool", "COLOR="}) {
     const std::string bytes = binary_stl(header, 3);
     CHECK(parse_stl_mesh(bytes, "m").triangles.size() == 3);

@@ -69,7 +69,7 @@ TEST_CASE("scaling to a length is about the origin and by the longest side") {
   CHECK(box.low.x() == Approx(0.5));
 }
 
-TEST_CASE("the content hash knows content only") {
+TEST_CASE("the content hash depends on content only") {
   const Mesh box = make_box({1, 1, 1});
   CHECK(content_hash(box) == content_hash(make_box({1, 1, 1})));
   CHECK(content_hash(box) != content_hash(make_box({1, 1, 1.0000001})));
@@ -162,7 +162,7 @@ TEST_CASE("a target is a folder or a mesh file, scaled when asked") {
                     Catch::Matchers::Contains("a name of targets/ (radarsat2"));
 }
 
-TEST_CASE("a mesh far from its origin is taken about its centre, exactly, and that is told") {
+TEST_CASE("a mesh far from its origin is taken about its centre, exactly, and that is reported") {
   TemporaryDirectory directory;
   const Mesh replica = make_radarsat2();
   Mesh far = replica;
@@ -193,7 +193,7 @@ TEST_CASE("a mesh far from its origin is taken about its centre, exactly, and th
   }
 }
 
-TEST_CASE("what a user may regret about a target is told") {
+TEST_CASE("possible mistakes in a target are reported") {
   using Catch::Matchers::Contains;
   const auto notes = [](Mesh mesh) {
     Target target;

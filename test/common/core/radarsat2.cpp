@@ -24,7 +24,7 @@ constexpr double ring_height = 0.03;
 constexpr double ring_wall = 0.015;
 constexpr int ring_sides = 24;
 
-/// How far bus and arrays stand above the antenna's centre line: what tells top from bottom.
+/// How far bus and arrays stand above the antenna's centre line: distinguishes top from bottom.
 double bus_offset(SymmetryBreaker breaker) {
   switch (breaker) {
     case SymmetryBreaker::none:

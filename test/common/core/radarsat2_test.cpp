@@ -90,7 +90,7 @@ TEST_CASE("the docking interface is the first thing a chaser meets") {
   CHECK(hit.range == Approx(2.0).epsilon(1e-6));
 }
 
-TEST_CASE("the symmetry breaker tells top from bottom, the ring front from back") {
+TEST_CASE("the symmetry breaker distinguishes top from bottom, the ring front from back") {
   CHECK(mismatch(make_radarsat2(SymmetryBreaker::none), about_z) < 0.001);
   const double paper = mismatch(make_radarsat2(SymmetryBreaker::paper), about_z);
   const double strong = mismatch(make_radarsat2(SymmetryBreaker::strong), about_z);

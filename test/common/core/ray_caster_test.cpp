@@ -22,7 +22,7 @@ TEST_CASE("rays hit both sides of a surface, with the normal against them") {
   CHECK(hit.normal.isApprox(-Vector3d::UnitZ()));
 }
 
-TEST_CASE("what is behind the sensor, beside the ray or out of reach is not hit") {
+TEST_CASE("surfaces behind the sensor, next to the ray or out of reach are not hit") {
   const RayCaster caster(make_box({2, 2, 2}));
   RayHit hit;
   CHECK_FALSE(caster.cast({{0, 0, 5}, Vector3d::UnitZ()}, 100, hit));

@@ -55,7 +55,7 @@ TEST_CASE("a quantile's interval is made of the ranks of the binomial distributi
   CHECK(std::isnan(quantile({}, 0.5)));
 }
 
-TEST_CASE("intervals cover what they are of as often as they promise") {
+TEST_CASE("intervals have their nominal coverage") {
   Random random(11, "coverage");
   int median = 0, p95 = 0, mean = 0, share = 0;
   constexpr int repeats = 2000;
@@ -77,7 +77,7 @@ TEST_CASE("intervals cover what they are of as often as they promise") {
   }
 }
 
-TEST_CASE("shares that differ by chance and shares that do not") {
+TEST_CASE("shares that differ by chance and shares that differ in truth") {
   CHECK(p_of_equal_shares({10, 10}, {20, 20}) == Approx(1));
   // 2 x 2: chi squared 400 / 99 = 4.0404 with one degree of freedom.
   CHECK(p_of_equal_shares({90, 80}, {100, 100}) == Approx(0.0477).margin(5e-4));

@@ -23,7 +23,7 @@ TEST_CASE("numbers are as short as a picture needs") {
   CHECK(svg::hex({255, 16, 100}, 0.5) == "#7f0832");
 }
 
-TEST_CASE("a document says how large it is") {
+TEST_CASE("a document states its size") {
   CHECK_THAT(svg::document(20, 10.5, "#fff", svg::text("<")), Contains("viewBox=\"0 0 20 10.5\"") &&
                                                                   Contains("width=\"20\"") &&
                                                                   Contains("&lt;</svg>\n"));

@@ -16,7 +16,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// A bus of 1 x 1 x 1 m with an array of 2 x 0.5 m beside it that is hinged at x = 0.5 m, all in
+/// A bus of 1 x 1 x 1 m with an array of 2 x 0.5 m next to it that is hinged at x = 0.5 m, all in
 /// millimetres; the array's inner corners are the bus's own vertices.
 const char* const satellite_obj =
     "g bus\n"
@@ -60,7 +60,7 @@ std::string changed(const std::string& from, const std::string& to) {
 
 }  // namespace
 
-TEST_CASE("a target's folder says what is known of its parts, joints and ports") {
+TEST_CASE("a target's folder describes its parts, joints and ports") {
   const Folder folder(satellite_yaml);
   const Target target = folder.load();
   CHECK(target.length == Approx(3));
@@ -69,7 +69,7 @@ TEST_CASE("a target's folder says what is known of its parts, joints and ports")
   CHECK(target.parts[0].surface_sigma == Approx(0.001));
   CHECK(target.parts[1].name == "array");
   CHECK(target.parts[1].surface_sigma == Approx(0.002));
-  CHECK(target.parts[1].correlation_length == Approx(0.2));  // as the default part says
+  CHECK(target.parts[1].correlation_length == Approx(0.2));  // as in the default part
   CHECK(target.parts[1].material.reflectivity == Approx(0.4));
   CHECK(target.parts[1].scan == ScanPreference::avoid);
   REQUIRE(target.parts[1].joint);
@@ -100,7 +100,7 @@ TEST_CASE("another length scales mesh, ports, joints and mount, no sigma") {
   CHECK(ports[0].pose.position.isApprox(half.port()->pose.position));
 }
 
-TEST_CASE("a joint at rest elsewhere turns its part alone, about its axis") {
+TEST_CASE("a joint at another rest angle turns its part alone, about its axis") {
   const Folder folder(changed("range: [-20 deg, 90 deg]", "range: [0 deg, 90 deg], rest: 90 deg"));
   const Target target = folder.load();
   const Box box = bounding_box(target.mesh);

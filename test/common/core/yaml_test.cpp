@@ -13,7 +13,7 @@ using namespace berth;
 
 namespace {
 
-std::string yaml_complaint(const std::string& text) {
+std::string yaml_error(const std::string& text) {
   try {
     read_yaml(text, "p.yaml");
   } catch (const InputError& e) {
@@ -37,21 +37,21 @@ YamlNode text_list(const std::vector<std::string>& texts) {
 }  // namespace
 
 TEST_CASE("a file is one document: what would not be read is refused by its line") {
-  CHECK(yaml_complaint("name: a\nsteps: []\n---\ncriteria: []\n")
+  CHECK(yaml_error("name: a\nsteps: []\n---\ncriteria: []\n")
             .find("p.yaml:3: found a second document") == 0);
-  CHECK(yaml_complaint("name: a\n...\ncriteria: []\n").find("p.yaml:3: found a second") == 0);
-  CHECK(yaml_complaint("name: a\n---\n").find("p.yaml:2: found a second") == 0);
-  CHECK(yaml_complaint("{name: a}\ncriteria: []\n").find("p.yaml:2: found a second") == 0);
-  CHECK(yaml_complaint("# mine\n---\nname: a\n...\n# the end\n").empty());
-  CHECK(yaml_complaint("%YAML 1.2\n---\nname: a\n").empty());
+  CHECK(yaml_error("name: a\n...\ncriteria: []\n").find("p.yaml:3: found a second") == 0);
+  CHECK(yaml_error("name: a\n---\n").find("p.yaml:2: found a second") == 0);
+  CHECK(yaml_error("{name: a}\ncriteria: []\n").find("p.yaml:2: found a second") == 0);
+  CHECK(yaml_error("# mine\n---\nname: a\n...\n# the end\n").empty());
+  CHECK(yaml_error("%YAML 1.2\n---\nname: a\n").empty());
 }
 
 TEST_CASE("an anchor that holds its own alias is refused") {
-  CHECK(yaml_complaint("steps: &all\n  - repeat: {times: 2, steps: *all}\n")
+  CHECK(yaml_error("steps: &all\n  - repeat: {times: 2, steps: *all}\n")
             .find("p.yaml:2: found an alias of the value that it stands in") == 0);
-  CHECK(yaml_complaint("&a [b, *a]\n").find("p.yaml:1: found an alias") == 0);
-  CHECK(yaml_complaint("&a {b: {c: *a}}\n").find("p.yaml:1: found an alias") == 0);
-  CHECK(yaml_complaint("a: *nowhere\n").find("p.yaml:1: not YAML") == 0);
+  CHECK(yaml_error("&a [b, *a]\n").find("p.yaml:1: found an alias") == 0);
+  CHECK(yaml_error("&a {b: {c: *a}}\n").find("p.yaml:1: found an alias") == 0);
+  CHECK(yaml_error("a: *nowhere\n").find("p.yaml:1: not YAML") == 0);
 }
 
 TEST_CASE("aliases that stand for too much are refused at the line where it becomes too much") {
@@ -61,25 +61,25 @@ TEST_CASE("aliases that stand for too much are refused at the line where it beco
     text += "a" + std::to_string(i) + ": &a" + std::to_string(i) + " [" + before +
             times(9, ", " + before) + "]\n";
   }
-  CHECK(yaml_complaint(text).find("p.yaml:5: found more than 100000 values") == 0);
+  CHECK(yaml_error(text).find("p.yaml:5: found more than 100000 values") == 0);
   std::string deep = "a0: &a0 [" + times(30, "[") + times(30, "]") + "]\n";
   for (int i = 1; i < 6; ++i) {
     deep += "a" + std::to_string(i) + ": &a" + std::to_string(i) + times(1, " [*a") +
             std::to_string(i - 1) + "]\n";
   }
-  CHECK(yaml_complaint(deep).empty());
-  CHECK(yaml_complaint(deep + "b: " + times(70, "[") + "*a0" + times(70, "]") + "\n")
+  CHECK(yaml_error(deep).empty());
+  CHECK(yaml_error(deep + "b: " + times(70, "[") + "*a0" + times(70, "]") + "\n")
             .find("p.yaml:7: found more than 100 levels") == 0);
 }
 
 TEST_CASE("depth has an end, however it is written") {
   for (const char* open : {"[", "{a: ", "- ", "? ", "[[],", "a:\n", "[{"}) {
     INFO(open);
-    CHECK_FALSE(yaml_complaint(times(20000, open)).empty());
+    CHECK_FALSE(yaml_error(times(20000, open)).empty());
   }
   std::string indented;
   for (int i = 0; i < 150; ++i) indented += std::string(static_cast<std::size_t>(i), ' ') + "a:\n";
-  CHECK(yaml_complaint(indented).find("p.yaml:101: found more than 100 levels") == 0);
+  CHECK(yaml_error(indented).find("p.yaml:101: found more than 100 levels") == 0);
 }
 
 TEST_CASE("an alias is the value that it stands for, and a merge what the map has not itself") {
@@ -94,19 +94,19 @@ TEST_CASE("an alias is the value that it stands for, and a merge what the map ha
   CHECK(root.at("both").at("turn").text() == "2 deg/s");
   CHECK(root.at("both").at("frozen").text() == "none");
   CHECK(root.at("<<").text() == "text");
-  CHECK(yaml_complaint("a: 1\nb: {<<: 3}\n").find("p.yaml:2: key '<<': found '3'") == 0);
-  CHECK(yaml_complaint("a: {<<: {b: 1}, <<: {c: 1}}\n").find("'<<' appears twice") !=
+  CHECK(yaml_error("a: 1\nb: {<<: 3}\n").find("p.yaml:2: key '<<': found '3'") == 0);
+  CHECK(yaml_error("a: {<<: {b: 1}, <<: {c: 1}}\n").find("'<<' appears twice") !=
         std::string::npos);
 }
 
 TEST_CASE("tags, keys that are no words and keys that appear twice are refused by line") {
-  CHECK(yaml_complaint("a: 1\nb: !!int 010\n") ==
+  CHECK(yaml_error("a: 1\nb: !!int 010\n") ==
         "p.yaml:2: found the tag '!!int', expected a value without a tag");
-  CHECK(yaml_complaint("a: !mine {b: 1}\n").find("p.yaml:1: found the tag '!mine'") == 0);
-  CHECK(yaml_complaint("a: !<tag:x> [1]\n").find("p.yaml:1: found the tag 'tag:x'") == 0);
-  CHECK(yaml_complaint("a: 1\n? [b]\n: 2\n").find("p.yaml:2: found a list or map as a key") == 0);
-  CHECK(yaml_complaint("a: 1\n: 2\n").find("p.yaml:2: found nothing as a key") == 0);
-  CHECK(yaml_complaint("a:\n  b: 1\n  \"b\": 2\n") == "p.yaml:3: key 'b' appears twice");
+  CHECK(yaml_error("a: !mine {b: 1}\n").find("p.yaml:1: found the tag '!mine'") == 0);
+  CHECK(yaml_error("a: !<tag:x> [1]\n").find("p.yaml:1: found the tag 'tag:x'") == 0);
+  CHECK(yaml_error("a: 1\n? [b]\n: 2\n").find("p.yaml:2: found a list or map as a key") == 0);
+  CHECK(yaml_error("a: 1\n: 2\n").find("p.yaml:2: found nothing as a key") == 0);
+  CHECK(yaml_error("a:\n  b: 1\n  \"b\": 2\n") == "p.yaml:3: key 'b' appears twice");
 }
 
 TEST_CASE("a byte order mark and the line ends of other systems are no part of a file's text") {
@@ -122,29 +122,28 @@ TEST_CASE("a byte order mark and the line ends of other systems are no part of a
 
 TEST_CASE("bytes that are no text are refused by line") {
   const std::string nul(1, '\0');
-  CHECK(yaml_complaint("a: 1\nb: x" + nul + "y\n").find("p.yaml:2: found the character U+0000") ==
-        0);
-  CHECK(yaml_complaint("a: 1\nb: \x04\nc: 2\n").find("p.yaml:2: found the character U+0004") == 0);
-  CHECK(yaml_complaint("a: 1\nb: \"x\\0y\"\n").find("p.yaml:2: found the character U+0000") == 0);
-  CHECK(yaml_complaint("a: \"\\x1B[2J\"\n").find("p.yaml:1: found the character U+001B") == 0);
-  CHECK(yaml_complaint("a: 1\nb: \xEF\xBB\xBF"
-                       "2\n")
+  CHECK(yaml_error("a: 1\nb: x" + nul + "y\n").find("p.yaml:2: found the character U+0000") == 0);
+  CHECK(yaml_error("a: 1\nb: \x04\nc: 2\n").find("p.yaml:2: found the character U+0004") == 0);
+  CHECK(yaml_error("a: 1\nb: \"x\\0y\"\n").find("p.yaml:2: found the character U+0000") == 0);
+  CHECK(yaml_error("a: \"\\x1B[2J\"\n").find("p.yaml:1: found the character U+001B") == 0);
+  CHECK(yaml_error("a: 1\nb: \xEF\xBB\xBF"
+                   "2\n")
             .find("p.yaml:2: found the character U+FEFF") == 0);
-  CHECK(yaml_complaint("a: 1 # H\xF6he\n").find("p.yaml:1: found bytes that are not UTF-8") == 0);
-  CHECK(yaml_complaint("a: \xC0\xAF\n").find("not UTF-8") != std::string::npos);
-  CHECK(yaml_complaint("a: \xED\xA0\x80\n").find("not UTF-8") != std::string::npos);
-  CHECK(yaml_complaint("a: \xF4\x90\x80\x80\n").find("not UTF-8") != std::string::npos);
-  CHECK(yaml_complaint("\xFF\xFE"
-                       "a" +
-                       nul + ":" + nul)
+  CHECK(yaml_error("a: 1 # H\xF6he\n").find("p.yaml:1: found bytes that are not UTF-8") == 0);
+  CHECK(yaml_error("a: \xC0\xAF\n").find("not UTF-8") != std::string::npos);
+  CHECK(yaml_error("a: \xED\xA0\x80\n").find("not UTF-8") != std::string::npos);
+  CHECK(yaml_error("a: \xF4\x90\x80\x80\n").find("not UTF-8") != std::string::npos);
+  CHECK(yaml_error("\xFF\xFE"
+                   "a" +
+                   nul + ":" + nul)
             .find("p.yaml:1: found UTF-16") == 0);
   CHECK(read_yaml("a: H\xC3\xB6he \xF0\x9F\x9B\xB0\n", "").at("a").text() ==
         "H\xC3\xB6he \xF0\x9F\x9B\xB0");
 }
 
-TEST_CASE("what is no file with keys in it says what it is") {
+TEST_CASE("a path that is no file with keys is refused with what it is") {
   const TemporaryDirectory directory;
-  const auto said = [](const std::filesystem::path& path) -> std::string {
+  const auto error_of = [](const std::filesystem::path& path) -> std::string {
     try {
       Config::load(path);
     } catch (const InputError& e) {
@@ -152,15 +151,15 @@ TEST_CASE("what is no file with keys in it says what it is") {
     }
     return "";
   };
-  CHECK(said(directory.path()).find("is a directory, expected a file") != std::string::npos);
+  CHECK(error_of(directory.path()).find("is a directory, expected a file") != std::string::npos);
   const auto pipe = directory / "pipe.yaml";
   REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
-  CHECK(said(pipe).find("is no regular file, expected a file") != std::string::npos);
+  CHECK(error_of(pipe).find("is no regular file, expected a file") != std::string::npos);
   write_file(directory / "empty.yaml", "");
-  CHECK(said(directory / "empty.yaml").find("empty.yaml:1: found nothing, expected a map") !=
+  CHECK(error_of(directory / "empty.yaml").find("empty.yaml:1: found nothing, expected a map") !=
         std::string::npos);
   write_file(directory / "text.yaml", "\nonly words\n");
-  CHECK(said(directory / "text.yaml").find("text.yaml:2: found 'only words', expected a map") !=
+  CHECK(error_of(directory / "text.yaml").find("text.yaml:2: found 'only words', expected a map") !=
         std::string::npos);
 }
 

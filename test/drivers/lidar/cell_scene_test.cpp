@@ -92,7 +92,7 @@ TEST_CASE("the scene shows target, mount, arms and room, each with its distance"
   CHECK_FALSE(scene.cast(0, Vector3d::UnitX(), 100, hit));
 }
 
-TEST_CASE("the mount is seen beside a target that does not hide it") {
+TEST_CASE("the mount is seen next to a target that does not hide it") {
   const auto still = [](Utime) { return Joints{}; };
   Cell cell = small_cell();
   cell.target.mesh = make_box({0.01, 0.01, 0.01});
@@ -183,7 +183,7 @@ TEST_CASE("normals come in the sensor's frame") {
   CHECK((hit.normal + Vector3d::UnitZ()).norm() < 1e-3);  // at home its front faces the sensor
 }
 
-TEST_CASE("a plate hides the share of the target that it is told to") {
+TEST_CASE("a plate hides the requested share of the target") {
   const Cell cell = load_cell("config/layouts/range.yaml", load_target("radarsat2", 0));
   CellScene scene(
       cell, [&](Utime) { return cell.replica.home; }, [&](Utime) { return cell.sensor.home; });

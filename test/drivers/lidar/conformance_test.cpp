@@ -59,10 +59,10 @@ struct SceneAndLidar {
   SimulatedLidar lidar;
 };
 
-/// Stands before a device and changes what it says.
+/// A proxy in front of a device that changes its messages.
 class Meddler {
  public:
-  /// Of what the device says; nothing: it is not passed on.
+  /// The changed message; none: it is dropped.
   using Change = std::function<std::optional<Message>(const Message&)>;
 
   Meddler(ProcessLoop& loop, const std::string& address, const std::string& device, Change change) {
@@ -87,7 +87,8 @@ class Meddler {
                   if (const auto* id = std::get_if<Identity>(&message)) {
                     pair.host->speak(id->version);
                   }
-                  if (const auto said = change(message); said && pair.host) pair.host->send(*said);
+                  if (const auto changed = change(message); changed && pair.host)
+                    pair.host->send(*changed);
                 },
                 [&pair, &loop](const std::string&) {
                   loop.after(0, [&pair] { pair.host.reset(), pair.device.reset(); });
@@ -179,7 +180,7 @@ TEST_CASE("a device without answer to Cancel, whose clock is of milliseconds, is
         std::set<std::string>{"device clock", "version 2: stamps", "version 1: stamps", "Cancel"});
 }
 
-TEST_CASE("where nobody listens there is nothing to test") {
+TEST_CASE("without a listening device there is nothing to test") {
   CHECK_THROWS_AS(test_conformance(free_address(), [](const ConformanceCheck&) {}), InputError);
   CHECK_THROWS_AS(test_conformance("nowhere", [](const ConformanceCheck&) {}), InputError);
 }

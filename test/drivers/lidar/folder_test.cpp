@@ -34,9 +34,9 @@ const char* three_points = "0 0 5\n0.5 0 5\n0 -0.5 5\n";
 struct FolderBench {
   FolderBench() {
     adapter.start({[this] { ++readied; },
-                   [this](const Message& message) { said.push_back(message); },
+                   [this](const Message& message) { received.push_back(message); },
                    [this](const std::string& reason) { lost.push_back(reason); },
-                   [this](const std::string& what) { troubles.push_back(what); }});
+                   [this](const std::string& what) { errors.push_back(what); }});
     REQUIRE(run_until([this] { return readied == 1; }));
   }
   void order(std::int64_t id) {
@@ -46,15 +46,15 @@ struct FolderBench {
   bool run_until(const std::function<bool()>& done) { return berth::run_until(loop, done); }
   bool ended() {
     const bool in_time = run_until([this] { return !all<ScanEnd>().empty(); });
-    for (const std::string& trouble : troubles) UNSCOPED_INFO(trouble);
+    for (const std::string& error : errors) UNSCOPED_INFO(error);
     return in_time;
   }
-  bool in_trouble(std::size_t n) {
-    return run_until([&] { return troubles.size() == n; });
+  bool has_errors(std::size_t n) {
+    return run_until([&] { return errors.size() == n; });
   }
   template <class Kind>
   std::vector<Kind> all() const {
-    return all_of<Kind>(said);
+    return all_of<Kind>(received);
   }
   std::size_t beams() const {
     std::size_t n = 0;
@@ -67,9 +67,9 @@ struct FolderBench {
   ProcessLoop loop{clock_offset_now()};
   FolderAdapter adapter{folder, {}, ilris(), loop};
   int readied = 0;
-  std::vector<Message> said;
+  std::vector<Message> received;
   std::vector<std::string> lost;
-  std::vector<std::string> troubles;
+  std::vector<std::string> errors;
 };
 
 Utime now_of(FolderBench& bench) { return bench.loop.now() + bench.adapter.clock().offset; }
@@ -96,7 +96,7 @@ TEST_CASE("the file that is written into the folder after an order is its scan")
   CHECK(returns.device_time + 1000 <= ended);
   CHECK(bench.all<ScanEnd>()[0].result == ScanResult::complete);
   CHECK(bench.all<ScanEnd>()[0].beams == 3);
-  CHECK(bench.troubles.empty());
+  CHECK(bench.errors.empty());
 }
 
 TEST_CASE("a file is taken once it is closed or renamed into the folder, not before") {
@@ -123,22 +123,22 @@ TEST_CASE("a file is taken once it is closed or renamed into the folder, not bef
   }
   REQUIRE(bench.ended());
   CHECK(bench.beams() == 3);
-  CHECK(bench.troubles.empty());
+  CHECK(bench.errors.empty());
 }
 
 TEST_CASE("a bad file is reported by name and line, and the next good one is the scan") {
   FolderBench bench;
   bench.order(1);
-  // A PLY that says how many vertices it has tells that it is half written.
+  // A PLY declares its number of vertices: a half written one is recognised.
   const std::string head =
       "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
       "property float z\nend_header\n0 0 5\n";
   write_file(bench.folder / "half.ply", head);
-  REQUIRE(bench.in_trouble(1));
-  CHECK_THAT(bench.troubles[0], Contains("half.ply") && Contains("not used"));
+  REQUIRE(bench.has_errors(1));
+  CHECK_THAT(bench.errors[0], Contains("half.ply") && Contains("not used"));
   write_file(bench.folder / "bad.xyz", "0 0 5\n0 zero 5\n");
-  REQUIRE(bench.in_trouble(2));
-  CHECK_THAT(bench.troubles[1], Contains("bad.xyz:2"));
+  REQUIRE(bench.has_errors(2));
+  CHECK_THAT(bench.errors[1], Contains("bad.xyz:2"));
   write_file(bench.folder / "notes.md", "not a cloud");
   CHECK(bench.all<ScanEnd>().empty());
   CHECK(bench.adapter.ready());
@@ -146,18 +146,18 @@ TEST_CASE("a bad file is reported by name and line, and the next good one is the
   std::ofstream(bench.folder / "half.ply", std::ios::app) << "0.5 0 5\n";
   REQUIRE(bench.ended());
   CHECK(bench.beams() == 2);
-  CHECK(bench.troubles.size() == 2);
+  CHECK(bench.errors.size() == 2);
 }
 
 TEST_CASE("a file without an order, and a scan from before its order, are reported and not used") {
   FolderBench bench;
   write_file(bench.folder / "early.xyz", three_points);
-  REQUIRE(bench.in_trouble(1));
-  CHECK_THAT(bench.troubles[0], Contains("early.xyz: came while no scan was waited for"));
+  REQUIRE(bench.has_errors(1));
+  CHECK_THAT(bench.errors[0], Contains("early.xyz: came while no scan was waited for"));
   bench.order(1);
   write_file(bench.folder / "20260102T030405.5Z.xyz", three_points);
-  REQUIRE(bench.in_trouble(2));
-  CHECK_THAT(bench.troubles[1], Contains("by its name its scan began"));
+  REQUIRE(bench.has_errors(2));
+  CHECK_THAT(bench.errors[1], Contains("by its name its scan began"));
   CHECK(bench.beams() == 0);
 }
 
@@ -195,7 +195,7 @@ TEST_CASE("cancel ends the waiting; a folder that goes is lost and found again")
   CHECK_THAT(bench.lost[0], Contains("the folder is gone"));
   std::filesystem::create_directory(bench.folder);
   REQUIRE(bench.run_until([&] { return bench.readied == 2; }));
-  bench.said.clear();
+  bench.received.clear();
   bench.order(4);
   write_file(bench.folder / "scan.xyz", three_points);
   REQUIRE(bench.ended());

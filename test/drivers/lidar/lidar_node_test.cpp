@@ -64,9 +64,9 @@ struct NodeBench {
     r.windows = {window};
     return r;
   }
-  void ask(const scan_request_t& r) { client.publish(channels::scan_request, r); }
-  void ask_and_wait(const scan_request_t& r, Utime wait = 500 * millisecond) {
-    ask(r);
+  void send(const scan_request_t& r) { client.publish(channels::scan_request, r); }
+  void send_and_wait(const scan_request_t& r, Utime wait = 500 * millisecond) {
+    send(r);
     simulation.run_for(wait);
   }
   int events_named(const std::string& code) const {
@@ -87,7 +87,7 @@ struct NodeBench {
 
 }  // namespace
 
-TEST_CASE("the driver finds its LIDAR and says what it is") {
+TEST_CASE("the driver finds its LIDAR and reports its identity") {
   NodeBench bench;
   CHECK(bench.state.state == lidar_state_t::IDLE);
   CHECK(bench.state.model == "ILRIS-3D");
@@ -107,8 +107,8 @@ TEST_CASE("a scan of several windows arrives while it runs, in host time, skewed
   r.windows[1].pattern = scan_window_t::SPIRAL;
   r.windows[1].count = 70;
   r.window_count = 2;
-  const Utime asked = bench.simulation.now();
-  bench.ask_and_wait(r, 45 * millisecond);
+  const Utime requested_at = bench.simulation.now();
+  bench.send_and_wait(r, 45 * millisecond);
   REQUIRE(bench.packets.size() == 1);
   CHECK(bench.state.state == lidar_state_t::SCANNING);
   bench.simulation.run_for(500 * millisecond);
@@ -126,7 +126,7 @@ TEST_CASE("a scan of several windows arrives while it runs, in host time, skewed
     CHECK(packet.count <= 50);
     CHECK(packet.window == (i < 3 ? 0 : 1));
     CHECK(packet.scan_status == (i < 5 ? ScanPacket::RUNNING : ScanPacket::COMPLETE));
-    CHECK(packet.utime > asked);
+    CHECK(packet.utime > requested_at);
     for (int k = 0; k < packet.count; ++k) {
       const auto at = static_cast<std::size_t>(k);
       REQUIRE(packet.status[at] == ScanPacket::HIT);
@@ -142,17 +142,17 @@ TEST_CASE("a scan of several windows arrives while it runs, in host time, skewed
   CHECK(bench.packets.back().count == 0);
 }
 
-TEST_CASE("a repeated request is not scanned again; the end is told again every second") {
+TEST_CASE("a repeated request is not scanned again; the end is repeated every second") {
   NodeBench bench;
-  bench.ask_and_wait(bench.request(1));
+  bench.send_and_wait(bench.request(1));
   const auto fired = bench.device->beams_fired();
-  const auto told = bench.packets.size();
-  bench.ask_and_wait(bench.request(1), 3 * second);
+  const auto published = bench.packets.size();
+  bench.send_and_wait(bench.request(1), 3 * second);
   CHECK(bench.device->beams_fired() == fired);
-  const auto repeats = bench.packets.size() - told;
+  const auto repeats = bench.packets.size() - published;
   CHECK(repeats >= 2);
   CHECK(repeats <= 4);
-  const ScanPacket& end = bench.packets[told - 1];
+  const ScanPacket& end = bench.packets[published - 1];
   const ScanPacket& again = bench.packets.back();
   CHECK(again.scan_id == end.scan_id);
   CHECK(again.packet == end.packet);
@@ -165,7 +165,7 @@ TEST_CASE("what the LIDAR cannot do is refused by name, once, and nothing moves"
   NodeBench bench;
   auto r = bench.request(1);
   r.windows[0].azimuth_rad = radians(19);
-  bench.ask_and_wait(r);
+  bench.send_and_wait(r);
   REQUIRE(bench.packets.size() == 1);
   CHECK(bench.packets[0].scan_status == ScanPacket::REFUSED);
   CHECK_THAT(bench.packets[0].reason, Contains("window 0: azimuth reaches to"));
@@ -175,7 +175,7 @@ TEST_CASE("what the LIDAR cannot do is refused by name, once, and nothing moves"
   CHECK(bench.state.progress == 0);
   CHECK_THAT(bench.state.reason, Contains("scan 1: window 0: azimuth reaches to"));
   // The next good one is done.
-  bench.ask_and_wait(bench.request(2));
+  bench.send_and_wait(bench.request(2));
   CHECK(bench.state.reason.empty());
   CHECK(bench.packets.back().scan_status == ScanPacket::COMPLETE);
 }
@@ -184,24 +184,24 @@ TEST_CASE("requests of another session or of the past are not obeyed") {
   NodeBench bench;
   auto foreign = bench.request(1);
   foreign.session = 4;
-  bench.ask_and_wait(foreign);
-  bench.ask_and_wait(foreign);
+  bench.send_and_wait(foreign);
+  bench.send_and_wait(foreign);
   CHECK(bench.packets.empty());
   CHECK(bench.events_named("foreign-session") == 1);
 
-  bench.ask_and_wait(bench.request(8));
+  bench.send_and_wait(bench.request(8));
   const auto fired = bench.device->beams_fired();
-  bench.ask_and_wait(bench.request(7));
+  bench.send_and_wait(bench.request(7));
   CHECK(bench.device->beams_fired() == fired);
   CHECK(bench.events_named("stale-scan-request") == 1);
 }
 
-TEST_CASE("cancel ends a scan and says so") {
+TEST_CASE("cancel ends a scan and is reported") {
   NodeBench bench;
-  bench.ask_and_wait(bench.request(1, 4000), 200 * millisecond);
+  bench.send_and_wait(bench.request(1, 4000), 200 * millisecond);
   auto r = bench.request(1);
   r.action = scan_request_t::CANCEL;
-  bench.ask_and_wait(r, 100 * millisecond);
+  bench.send_and_wait(r, 100 * millisecond);
   CHECK(bench.packets.back().scan_status == ScanPacket::ABORTED);
   CHECK(bench.packets.back().reason == "cancelled");
   CHECK(bench.device->beams_fired() < 500);
@@ -211,8 +211,8 @@ TEST_CASE("cancel ends a scan and says so") {
 
 TEST_CASE("a newer request takes the place of a running scan") {
   NodeBench bench;
-  bench.ask_and_wait(bench.request(1, 4000), 200 * millisecond);
-  bench.ask_and_wait(bench.request(2, 10), 200 * millisecond);
+  bench.send_and_wait(bench.request(1, 4000), 200 * millisecond);
+  bench.send_and_wait(bench.request(2, 10), 200 * millisecond);
   std::vector<std::pair<std::int64_t, int>> ends;
   for (const ScanPacket& p : bench.packets) {
     if (p.scan_status != ScanPacket::RUNNING) ends.emplace_back(p.scan_id, p.scan_status);
@@ -223,7 +223,7 @@ TEST_CASE("a newer request takes the place of a running scan") {
 
 TEST_CASE("a device that falls silent ends the scan, is reported, and is found again") {
   NodeBench bench;
-  bench.ask_and_wait(bench.request(1, 4000), 200 * millisecond);
+  bench.send_and_wait(bench.request(1, 4000), 200 * millisecond);
   bench.device->faults().silent = true;
   bench.simulation.run_for(2 * second);
   REQUIRE(bench.packets.back().scan_status == ScanPacket::ABORTED);
@@ -231,14 +231,14 @@ TEST_CASE("a device that falls silent ends the scan, is reported, and is found a
   CHECK(bench.state.state == lidar_state_t::OFFLINE);
   CHECK(bench.events_named("lidar-offline") >= 1);
 
-  bench.ask_and_wait(bench.request(2));
+  bench.send_and_wait(bench.request(2));
   CHECK(bench.packets.back().scan_status == ScanPacket::REFUSED);
   CHECK_THAT(bench.packets.back().reason, Contains("offline"));
 
   bench.device->faults().silent = false;
   bench.simulation.run_for(3 * second);
   CHECK(bench.state.state == lidar_state_t::IDLE);
-  bench.ask_and_wait(bench.request(3));
+  bench.send_and_wait(bench.request(3));
   CHECK(bench.packets.back().scan_status == ScanPacket::COMPLETE);
 }
 
@@ -255,7 +255,7 @@ TEST_CASE("a driver that starts before its LIDAR waits for it") {
 
 namespace {
 
-/// A device that says what a test tells it to.
+/// A device whose messages are set by the test.
 struct OddDevice {
   OddDevice(Simulation& simulation,
             std::function<void(lidar::Connection&, const lidar::Message&)> on)
@@ -324,14 +324,14 @@ TEST_CASE("a device of version 1 is greeted in it once it refuses the newest, an
       });
   bench.simulation.run_for(2 * second);
   CHECK(greetings == std::vector<int>{2, 1});
-  bench.ask_and_wait(bench.request(1), 200 * millisecond);
+  bench.send_and_wait(bench.request(1), 200 * millisecond);
   REQUIRE(bench.packets.size() == 2);
   CHECK(bench.packets[0].range_m == std::vector<float>{5});
   CHECK(bench.packets[0].intensity[0] == 7);
   CHECK(bench.packets[1].scan_status == ScanPacket::COMPLETE);
 }
 
-TEST_CASE("all that a device says of a beam is on the bus, in packets of one datagram") {
+TEST_CASE("all fields of a device's beams are on the bus, in packets of one datagram") {
   NodeBench bench(false);
   OddDevice device(bench.simulation, [&](lidar::Connection& wire, const lidar::Message& message) {
     if (behave(bench.simulation, wire, message)) return;
@@ -346,7 +346,7 @@ TEST_CASE("all that a device says of a beam is on the bus, in packets of one dat
     }
   });
   bench.simulation.run_for(2 * second);
-  bench.ask_and_wait(bench.request(1), 200 * millisecond);
+  bench.send_and_wait(bench.request(1), 200 * millisecond);
   REQUIRE_FALSE(bench.packets.empty());
   const ScanPacket& packet = bench.packets[0];
   CHECK(packet.origin(0) == Eigen::Vector3f(0.1F, 0.2F, 0.3F).cast<double>());
@@ -381,13 +381,13 @@ TEST_CASE("a device that answers but never measures ends the scan") {
     }
   });
   bench.simulation.run_for(2 * second);
-  bench.ask_and_wait(bench.request(1), 3 * second);
+  bench.send_and_wait(bench.request(1), 3 * second);
   REQUIRE(bench.packets.size() >= 1);
   CHECK(bench.packets[0].scan_status == ScanPacket::ABORTED);
   CHECK_THAT(bench.packets[0].reason, Contains("no returns of a running scan"));
 }
 
-TEST_CASE("returns that do not follow one another, or come from another time, are not believed") {
+TEST_CASE("returns that do not follow one another, or come from another time, are not used") {
   const auto run = [](std::uint32_t beams_before, Utime clock_step) {
     NodeBench bench(false);
     OddDevice device(bench.simulation, [&](lidar::Connection& wire, const lidar::Message& message) {
@@ -403,7 +403,7 @@ TEST_CASE("returns that do not follow one another, or come from another time, ar
       }
     });
     bench.simulation.run_for(2 * second);
-    bench.ask_and_wait(bench.request(1), 200 * millisecond);
+    bench.send_and_wait(bench.request(1), 200 * millisecond);
     REQUIRE_FALSE(bench.packets.empty());
     return bench.packets.front();
   };
@@ -430,7 +430,7 @@ TEST_CASE("large frames of a device are cut to packets of the bus") {
     }
   });
   bench.simulation.run_for(2 * second);
-  bench.ask_and_wait(bench.request(1), 200 * millisecond);
+  bench.send_and_wait(bench.request(1), 200 * millisecond);
   REQUIRE(bench.packets.size() == 25);
   CHECK(bench.packets[1].utime - bench.packets[0].utime == 50);
   CHECK(bench.packets[24].scan_status == ScanPacket::COMPLETE);

@@ -30,7 +30,7 @@ struct Directory {
   std::filesystem::path path;
 };
 
-/// An adapter in a loop, and all it says.
+/// An adapter in a loop, and all its messages.
 struct PlaybackBench {
   explicit PlaybackBench(LidarDevice device) : adapter(make_adapter(device, ilris(), loop)) {
     adapter->start({[this] { ++readied; }, [this](const Message& message) { take(message); },
@@ -87,7 +87,7 @@ void write_event(lcm::LogFile& log, const char* channel, Utime utime, const Mess
   log.writeEvent(&event);
 }
 
-/// Scans of three beams, the first one recorded 20 ms after it was asked for, one every second; the
+/// Scans of three beams, the first one recorded 20 ms after its request, one every second; the
 /// second aborted. In the older type.
 void write_log(const std::filesystem::path& path) {
   lcm::LogFile log(path.string(), "w");
@@ -95,15 +95,15 @@ void write_log(const std::filesystem::path& path) {
     write_event(log, channel, utime, message);
   };
   for (int k = 0; k < 3; ++k) {
-    const Utime asked = 1000 * second + k * second;
+    const Utime requested_at = 1000 * second + k * second;
     scan_request_t request{};
     request.session = 9;
     request.scan_id = 40 + k;
-    write(channels::scan_request, asked, request);
+    write(channels::scan_request, requested_at, request);
     scan_packet_t packet{};
     packet.session = 9;
     packet.scan_id = 40 + k;
-    packet.utime = asked + 20 * millisecond;
+    packet.utime = requested_at + 20 * millisecond;
     packet.scan_status = scan_packet_t::RUNNING;
     packet.window = 7;
     packet.count = 3;
@@ -136,13 +136,13 @@ TEST_CASE(
   PlaybackBench bench(files(directory.path));
   CHECK(bench.readied == 1);
   CHECK(bench.adapter->identity().model == "ILRIS-3D");
-  const Utime asked = bench.simulation.now();
+  const Utime requested_at = bench.simulation.now();
   bench.order(1, 100 * millisecond);
   REQUIRE(bench.beams.size() == 3);
   CHECK(bench.beams[0].range_m == 5);
   CHECK(double{bench.beams[1].azimuth_rad} == Approx(std::atan(0.1)));
   CHECK(double{bench.beams[2].elevation_rad} == Approx(std::atan(0.1)));
-  CHECK(bench.times[0] == asked);
+  CHECK(bench.times[0] == requested_at);
   CHECK(bench.times[2] - bench.times[0] == 1000);
   REQUIRE(bench.ends.size() == 1);
   CHECK(bench.ends[0].result == ScanResult::complete);
@@ -195,15 +195,15 @@ TEST_CASE("times of clouds part their beams and their scans") {
   PlaybackBench bench(device);
   bench.order(1, 500 * millisecond);
   bench.order(2, 5 * second);  // early: it waits for its time
-  const Utime asked = bench.simulation.now();
+  const Utime requested_at = bench.simulation.now();
   bench.order(3, 5 * second);
   REQUIRE(bench.times.size() == 5);
   CHECK(bench.times[1] - bench.times[0] == 250 * millisecond);
   CHECK(bench.times[2] - bench.times[0] == 2 * second);
-  CHECK(bench.times[4] - asked == 3 * second);
+  CHECK(bench.times[4] - requested_at == 3 * second);
 }
 
-TEST_CASE("a log of today gives back all that was said of a beam") {
+TEST_CASE("a log of today gives back all fields of a beam") {
   Directory directory;
   const auto file = directory.path / "run.lcm";
   {
@@ -242,12 +242,12 @@ TEST_CASE("a log's scans come as they came, and end as they ended") {
   device.adapter = LidarDevice::Kind::log;
   device.recording = directory.path;  // a run directory
   PlaybackBench bench(device);
-  const Utime asked = bench.simulation.now();
+  const Utime requested_at = bench.simulation.now();
   bench.order(1, 500 * millisecond);
   bench.order(2, 1500 * millisecond);
   bench.order(3, 1500 * millisecond);  // 20 ms late already
   REQUIRE(bench.beams.size() == 9);
-  CHECK(bench.times[0] - asked == 20 * millisecond);
+  CHECK(bench.times[0] - requested_at == 20 * millisecond);
   CHECK(bench.times[1] - bench.times[0] == 500);
   CHECK(bench.times[3] - bench.times[0] == 1 * second);
   CHECK(bench.beams[3].range_m == 6);
@@ -280,7 +280,7 @@ TEST_CASE("a played scan can be cancelled; the next order gets the next scan") {
   CHECK(bench.beams.back().range_m == 7);
 }
 
-TEST_CASE("nothing to play is said by name") {
+TEST_CASE("a source with nothing to play is an error by name") {
   Directory directory;
   Simulation simulation;
   SimulatedLoop& loop = simulation.make_loop();

@@ -97,7 +97,7 @@ TEST_CASE("the bytes are the documented ones") {
   for (std::size_t i = 0; i < 4; ++i) CHECK(bytes[12 + i] == ((crc >> (8 * i)) & 0xff));
 }
 
-TEST_CASE("version 1 says of a beam what it can, and is understood") {
+TEST_CASE("version 1 has the fields of a beam that it can hold, and is understood") {
   const auto sent = samples();
   const auto bytes = encode(sent[4], 1);
   CHECK(bytes[5] == 0x83);
@@ -123,13 +123,13 @@ TEST_CASE("version 1 says of a beam what it can, and is understood") {
 
 TEST_CASE("a frame has as many beams as a datagram of the bus, of version 1 as many as it allows") {
   for (const int version : {1, 2}) {
-    const std::size_t most = version == 1 ? max_beams_version_1 : max_beams_per_message;
-    for (const std::size_t count : {most, most + 1}) {
+    const std::size_t max_count = version == 1 ? max_beams_version_1 : max_beams_per_message;
+    for (const std::size_t count : {max_count, max_count + 1}) {
       Returns returns;
       returns.beams.resize(count);
       Decoder decoder;
       decoder.feed(encode(returns, version));
-      CHECK(decoder.next().has_value() == (count == most));
+      CHECK(decoder.next().has_value() == (count == max_count));
     }
   }
 }

@@ -82,13 +82,12 @@ TEST_CASE("farther apart they give two echoes: the first or the last, as selecte
   CHECK(received(split(4, 5.0, 5.2), sharp)->range == Approx(5.0));
 }
 
-TEST_CASE(
-    "an echo that is weak beside the strongest is not seen; a beam that meets nothing is a miss") {
+TEST_CASE("an echo that is weak next to the strongest is lost; a beam without a hit is a miss") {
   CHECK(received(split(1, 5.0, 6.0))->range == Approx(6.0));
   BeamModel keen;
   keen.min_echo = 0.05;
   CHECK(received(split(1, 5.0, 6.0), keen)->range == Approx(5.0));
-  CHECK(received(split(1, 5.0, 0))->range == Approx(5.0));  // nothing beside it
+  CHECK(received(split(1, 5.0, 0))->range == Approx(5.0));  // nothing next to it
   CHECK_FALSE(received(split(0, 0, 0)));
 }
 
@@ -113,15 +112,15 @@ TEST_CASE(
   CHECK(sum == Approx(0.6).epsilon(0.01));
   // Few mirrors at a time: the echo of foil comes and goes, that of paint does not.
   Random glitter(1, "test");
-  double least = 1e9;
-  double most = 0;
+  double min_power = 1e9;
+  double max_power = 0;
   for (int i = 0; i < 1000; ++i) {
     const SceneHit hit{5, 1, -Vector3d::UnitZ(), foil, true};
     const double power = received_echoes({}, {}, {&hit, 1}, glitter).echo[0].power;
-    least = std::min(least, power);
-    most = std::max(most, power);
+    min_power = std::min(min_power, power);
+    max_power = std::max(max_power, power);
   }
-  CHECK(most > 100 * least);
+  CHECK(max_power > 100 * min_power);
 }
 
 TEST_CASE("a scanner's errors: bias, steps, walk, drop-outs and outliers, and the others as were") {

@@ -41,7 +41,7 @@ double largest_hole(const Window& w) {
 
 }  // namespace
 
-TEST_CASE("every pattern has the beams asked for, all in the window") {
+TEST_CASE("every pattern has the requested beams, all in the window") {
   for (const Pattern shape : all_patterns) {
     for (const int count : {1, 2, 3, 7, 50, 999, 1000}) {
       INFO("pattern " << static_cast<int>(shape) << ", " << count << " beams");
@@ -93,8 +93,8 @@ TEST_CASE("a raster by count spreads odd counts evenly") {
     previous = elevation;
     ++rows.back();
   }
-  const auto [least, most] = std::minmax_element(rows.begin(), rows.end());
-  CHECK(*most - *least <= 1);
+  const auto [min_row, max_row] = std::minmax_element(rows.begin(), rows.end());
+  CHECK(*max_row - *min_row <= 1);
 }
 
 TEST_CASE("flat and point-like windows are swept too") {

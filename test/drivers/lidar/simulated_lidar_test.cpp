@@ -18,7 +18,7 @@ using namespace berth::lidar;
 
 namespace {
 
-/// The device on its wire and a host that keeps all it says.
+/// The device on its wire and a host that keeps all its messages.
 struct Bench {
   explicit Bench(SimulatedLidarSettings settings = {}, std::uint64_t seed = 1,
                  LidarProfile profile = ilris())
@@ -30,24 +30,24 @@ struct Bench {
         [this](std::unique_ptr<Connection> connection, const std::string&) {
           REQUIRE(connection);
           host = std::move(connection);
-          host->open([this](const Message& m) { said.push_back(m); },
+          host->open([this](const Message& m) { received.push_back(m); },
                      [this](const std::string& reason) { closed = reason; });
         },
         second);
     simulation.run_for(10 * millisecond);
   }
   /// From an event of the host's loop, as a node would.
-  void tell(const Message& message) {
+  void send(const Message& message) {
     host_loop.after(0, [this, message] { host->send(message); });
   }
   void greet() {
     connect();
-    tell(Hello{});
+    send(Hello{});
     simulation.run_for(10 * millisecond);
   }
   template <class Kind>
   std::vector<Kind> all() const {
-    return all_of<Kind>(said);
+    return all_of<Kind>(received);
   }
   std::vector<BeamReturn> beams() const {
     std::vector<BeamReturn> list;
@@ -63,7 +63,7 @@ struct Bench {
   WallScene scene{simulation.now()};
   SimulatedLidar device;
   std::unique_ptr<Connection> host;
-  std::vector<Message> said;
+  std::vector<Message> received;
   std::string closed;
 };
 
@@ -87,11 +87,11 @@ TEST_CASE("the device names itself and its limits") {
   CHECK(identity[0].field_of_view_rad[0] == Approx(radians(40)));
 }
 
-TEST_CASE("a host that does not speak the protocol is told so and left") {
+TEST_CASE("a host that does not speak the protocol is notified and left") {
   Bench bench;
   bench.connect();
-  SECTION("no greeting") { bench.tell(Cancel{1}); }
-  SECTION("no version") { bench.tell(Hello{0}); }
+  SECTION("no greeting") { bench.send(Cancel{1}); }
+  SECTION("no version") { bench.send(Hello{0}); }
   bench.simulation.run_for(10 * millisecond);
   CHECK(bench.all<Complaint>().size() == 1);
   CHECK_FALSE(bench.closed.empty());
@@ -104,14 +104,14 @@ TEST_CASE("host and device speak the newest version of both") {
   for (const auto& [host, both] : {std::pair{1, 1}, {2, 2}, {9, 2}}) {
     Bench bench(perfect());
     bench.connect();
-    bench.tell(Hello{static_cast<std::uint16_t>(host)});
+    bench.send(Hello{static_cast<std::uint16_t>(host)});
     bench.simulation.run_for(10 * millisecond);
     REQUIRE(bench.all<Identity>().size() == 1);
     CHECK(bench.all<Identity>()[0].version == both);
   }
 }
 
-TEST_CASE("a beam over an edge tells both surfaces, one that fails tells none") {
+TEST_CASE("a beam over an edge reports both surfaces, one that fails reports none") {
   SimulatedLidarSettings settings = perfect();
   settings.receiver.errors.footprint = true;
   settings.receiver.errors.returns = 2;
@@ -120,7 +120,7 @@ TEST_CASE("a beam over an edge tells both surfaces, one that fails tells none") 
   bench.greet();
   // 1 m aside at 5 m ends the plate.
   const Window edge{std::atan(0.2), 0, 0.004, 0.004, Pattern::raster, 400, 0, ""};
-  bench.tell(ScanOrder{1, {edge}});
+  bench.send(ScanOrder{1, {edge}});
   bench.simulation.run_for(1 * second);
   int both = 0;
   for (const BeamReturn& beam : bench.beams()) {
@@ -132,9 +132,9 @@ TEST_CASE("a beam over an edge tells both surfaces, one that fails tells none") 
     CHECK(beam.intensity2 > 0);
   }
   CHECK(both > 20);
-  bench.said.clear();
+  bench.received.clear();
   bench.device.faults().blackout = true;
-  bench.tell(ScanOrder{2, {edge}});
+  bench.send(ScanOrder{2, {edge}});
   bench.simulation.run_for(1 * second);
   REQUIRE(bench.beams().size() == 400);
   for (const BeamReturn& beam : bench.beams()) REQUIRE(beam.range2_m == 0);
@@ -143,21 +143,21 @@ TEST_CASE("a beam over an edge tells both surfaces, one that fails tells none") 
 TEST_CASE("a new host takes the place of the old one, and of its scan") {
   Bench bench;
   bench.greet();
-  bench.tell(ScanOrder{1, {small}});
+  bench.send(ScanOrder{1, {small}});
   bench.simulation.run_for(40 * millisecond);
   auto old = std::move(bench.host);
   bench.greet();
   CHECK_FALSE(bench.closed.empty());
-  bench.said.clear();
+  bench.received.clear();
   bench.simulation.run_for(1 * second);
-  CHECK(bench.said.empty());
+  CHECK(bench.received.empty());
 }
 
 TEST_CASE("beams come at 2000 a second, in packets of one window, while the scan runs") {
   Bench bench(perfect());
   bench.greet();
   const Utime start = bench.simulation.now();
-  bench.tell(ScanOrder{7, {small, small}});
+  bench.send(ScanOrder{7, {small, small}});
   bench.simulation.run_for(40 * millisecond);
   CHECK(bench.all<Returns>().size() == 1);  // not all at the end
   bench.simulation.run_for(1 * second);
@@ -200,7 +200,7 @@ TEST_CASE("each beam meets the scene as it was when the beam left") {
   Bench bench(perfect());
   bench.scene.speed = 0.5;  // 30 mm over the scan
   bench.greet();
-  bench.tell(ScanOrder{1, {small}});
+  bench.send(ScanOrder{1, {small}});
   bench.simulation.run_for(1 * second);
   double first = 0;
   double last = 0;
@@ -218,11 +218,11 @@ TEST_CASE("each beam meets the scene as it was when the beam left") {
   CHECK(first - last == Approx(0.5 * 119 * 500e-6).margin(1e-5));
 }
 
-TEST_CASE("beams that return nothing and returns from too near say so") {
+TEST_CASE("beams without a return and returns from too near are marked") {
   Bench bench(perfect());
   bench.greet();
-  SECTION("beside the plate") {
-    bench.tell(ScanOrder{1, {{0, 0, radians(40), 0, Pattern::raster, 100, 0, ""}}});
+  SECTION("next to the plate") {
+    bench.send(ScanOrder{1, {{0, 0, radians(40), 0, Pattern::raster, 100, 0, ""}}});
     bench.simulation.run_for(1 * second);
     int hits = 0;
     for (const BeamReturn& beam : bench.beams()) {
@@ -237,7 +237,7 @@ TEST_CASE("beams that return nothing and returns from too near say so") {
   }
   SECTION("2.9 m away") {
     bench.scene.distance = 2.9;
-    bench.tell(ScanOrder{1, {{0, 0, 0, 0, Pattern::raster, 10, 0, ""}}});
+    bench.send(ScanOrder{1, {{0, 0, 0, 0, Pattern::raster, 10, 0, ""}}});
     bench.simulation.run_for(1 * second);
     REQUIRE(bench.beams().size() == 10);
     for (const BeamReturn& beam : bench.beams()) {
@@ -272,14 +272,14 @@ TEST_CASE("noise is the profile's, in range and in both angles") {
   }
   Bench bench({}, 1, profile);
   bench.greet();
-  bench.tell(ScanOrder{1, {stare}});
+  bench.send(ScanOrder{1, {stare}});
   bench.simulation.run_for(3 * second);
   const auto beams = bench.beams();
   REQUIRE(beams.size() == 4000);
   double sum = 0;
   double squares = 0;
   for (const BeamReturn& beam : beams) {
-    CHECK(double{beam.azimuth_rad} == Approx(stare.azimuth).margin(1e-7));  // as it was told
+    CHECK(double{beam.azimuth_rad} == Approx(stare.azimuth).margin(1e-7));  // as ordered
     const double error = double{beam.range_m} - 5 / std::cos(stare.azimuth + stare.elevation);
     sum += error;
     squares += error * error;
@@ -295,10 +295,10 @@ TEST_CASE("weak returns drop out when the device is so set") {
   settings.receiver.min_power = 2000.0 / 4095;
   Bench bench(settings);
   bench.greet();
-  bench.tell(ScanOrder{1, {{0, 0, 0, 0, Pattern::raster, 1, 0, ""}}});
+  bench.send(ScanOrder{1, {{0, 0, 0, 0, Pattern::raster, 1, 0, ""}}});
   bench.simulation.run_for(100 * millisecond);
   bench.scene.distance = 5.2;
-  bench.tell(ScanOrder{2, {{0, 0, 0, 0, Pattern::raster, 1, 0, ""}}});
+  bench.send(ScanOrder{2, {{0, 0, 0, 0, Pattern::raster, 1, 0, ""}}});
   bench.simulation.run_for(100 * millisecond);
   const auto beams = bench.beams();
   REQUIRE(beams.size() == 2);
@@ -309,14 +309,14 @@ TEST_CASE("weak returns drop out when the device is so set") {
 TEST_CASE("one scan at a time; cancel ends it; orders outside the limits are refused") {
   Bench bench(perfect());
   bench.greet();
-  bench.tell(ScanOrder{1, {small}});
+  bench.send(ScanOrder{1, {small}});
   bench.simulation.run_for(10 * millisecond);
-  bench.tell(ScanOrder{2, {small}});
-  bench.tell(Cancel{5});  // of another: nothing
+  bench.send(ScanOrder{2, {small}});
+  bench.send(Cancel{5});  // of another: nothing
   bench.simulation.run_for(30 * millisecond);
-  bench.tell(Cancel{1});
+  bench.send(Cancel{1});
   bench.simulation.run_for(1 * second);
-  bench.tell(ScanOrder{3, {{1, 0, 0.1, 0.1, Pattern::raster, 10, 0, ""}}});
+  bench.send(ScanOrder{3, {{1, 0, 0.1, 0.1, Pattern::raster, 10, 0, ""}}});
   bench.simulation.run_for(10 * millisecond);
 
   const auto answers = bench.all<ScanAnswer>();
@@ -337,9 +337,9 @@ TEST_CASE("the device's clock is its own") {
   Bench bench(settings);
   bench.greet();
   const Utime start = bench.simulation.now();
-  bench.tell(StatusQuery{99});
+  bench.send(StatusQuery{99});
   bench.simulation.run_for(100 * second);
-  bench.tell(StatusQuery{100});
+  bench.send(StatusQuery{100});
   bench.simulation.run_for(1 * second);
   const auto status = bench.all<Status>();
   REQUIRE(status.size() == 2);
@@ -353,7 +353,7 @@ TEST_CASE("one seed, one noise, whatever the beams meet") {
     Bench bench({}, seed);
     bench.scene.distance = distance;
     bench.greet();
-    bench.tell(ScanOrder{1, {{0, 0, 0, 0, Pattern::raster, 20, 0, ""}}});
+    bench.send(ScanOrder{1, {{0, 0, 0, 0, Pattern::raster, 20, 0, ""}}});
     bench.simulation.run_for(1 * second);
     std::vector<float> list;
     for (const BeamReturn& beam : bench.beams()) list.push_back(beam.range_m);
@@ -380,7 +380,7 @@ TEST_CASE("its configuration file is read strictly") {
     CHECK_NOTHROW(read_receiver(file.path(), receiver));
     CHECK_NOTHROW(load_lidar_profile(file.path()));
   }
-  // A key under its former name says what it is called.
+  // The error for a key under its former name gives the present one.
   TemporaryDirectory directory;
   const auto old = directory.path() / "old.yaml";
   write_file(old, read_file("config/simulation_lidar.yaml") + "least_intensity: 10\n");
@@ -395,8 +395,8 @@ TEST_CASE("faults of the LIDAR: bias, noise, drop-outs, blackout, slowness") {
   bench.greet();
   std::int64_t id = 0;
   const auto scan = [&] {
-    bench.said.clear();
-    bench.tell(ScanOrder{++id, {{0, 0, 0, 0, Pattern::raster, 2000, 0, ""}}});
+    bench.received.clear();
+    bench.send(ScanOrder{++id, {{0, 0, 0, 0, Pattern::raster, 2000, 0, ""}}});
     bench.simulation.run_for(20 * second);
     return bench.beams();
   };
@@ -456,8 +456,8 @@ TEST_CASE("the lamp behind what is scanned blinds the beams towards it, and only
   bench.greet();
   const auto hits_near_axis = [&](double level) {
     bench.scene.sun = {level, Vector3d::UnitZ(), true};
-    bench.said.clear();
-    bench.tell(
+    bench.received.clear();
+    bench.send(
         ScanOrder{level > 0 ? 2 : 1, {{0, 0, radians(20), 0, Pattern::raster, 2000, 0, ""}}});
     bench.simulation.run_for(3 * second);
     int near = 0;
@@ -493,13 +493,13 @@ TEST_CASE("at the edge of a plate before a wall ranges are mixed, elsewhere not"
     bench.greet();
     // A line across the right edge: 1 mm between beams, 60 mm in all.
     const double edge = std::atan(1.0 / 5.0);
-    bench.tell(ScanOrder{1, {{edge, 0, 0.06 / 5.2, 0, Pattern::raster, 60, 0, ""}}});
+    bench.send(ScanOrder{1, {{edge, 0, 0.06 / 5.2, 0, Pattern::raster, 60, 0, ""}}});
     bench.simulation.run_for(1 * second);
     return bench.beams();
   };
   const double half = 0.5 * BeamModel().footprint(5.1);
   const auto place = [](const BeamReturn& beam) {
-    return 5 * std::tan(double{beam.azimuth_rad}) - 1;  // of the beam's middle beside the edge
+    return 5 * std::tan(double{beam.azimuth_rad}) - 1;  // from the edge to the beam's middle
   };
   const auto depth_of = [](const BeamReturn& beam) {
     return double{beam.range_m} * std::cos(double{beam.azimuth_rad}) - 5;
@@ -546,8 +546,8 @@ TEST_CASE("mirrors that face the beam dazzle; foil that faces away is lost when 
     bench.scene.material = material;
     bench.scene.distance = distance;
     bench.scene.half_width = 1000;
-    bench.said.clear();
-    bench.tell(ScanOrder{++id, {{azimuth, 0, 0, 0, Pattern::raster, 500, 0, ""}}});
+    bench.received.clear();
+    bench.send(ScanOrder{++id, {{azimuth, 0, 0, 0, Pattern::raster, 500, 0, ""}}});
     bench.simulation.run_for(2 * second);
     std::array<double, 5> share{};
     for (const BeamReturn& beam : bench.beams()) {

@@ -94,7 +94,7 @@ TEST_CASE("the albedo lamp lights what the beam meets from all sides") {
   CHECK(sun_background(settings, lamps, ahead, &hit) ==
         Approx(0.5 * settings.albedo_surface * 0.8));
   CHECK(sun_background(settings, lamps, ahead, nullptr) == 0);
-  lamps.towards = ahead;  // where the sun would be says nothing
+  lamps.towards = ahead;  // where the sun would be does not matter
   CHECK(sun_background(settings, lamps, ahead, &hit) ==
         Approx(0.5 * settings.albedo_surface * 0.8));
 }

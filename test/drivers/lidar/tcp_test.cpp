@@ -39,13 +39,14 @@ struct TcpBench {
     link_settings.address = address;
     link_settings.model = "ILRIS-3D";
     link = std::make_unique<ProtocolAdapter>(link_settings, loop);
-    link->start({[this] { ++readies; }, [this](const Message& message) { said.push_back(message); },
+    link->start({[this] { ++readies; },
+                 [this](const Message& message) { received.push_back(message); },
                  [this](const std::string& why) { reasons.push_back(why); }});
     return *link;
   }
   template <class Kind>
   std::vector<Kind> all() const {
-    return all_of<Kind>(said);
+    return all_of<Kind>(received);
   }
   bool run_until(const std::function<bool()>& done) { return berth::run_until(loop, done); }
 
@@ -57,7 +58,7 @@ struct TcpBench {
   std::string device_closed;
   std::unique_ptr<ProtocolAdapter> link;
   int readies = 0;
-  std::vector<Message> said;
+  std::vector<Message> received;
   std::vector<std::string> reasons;
 };
 
@@ -104,7 +105,7 @@ TEST_CASE("in version 1 a beam comes without what only version 2 has") {
         bench.loop, bench.address,
         [&](std::unique_ptr<Connection> connection, const std::string&) {
           host = std::move(connection);
-          host->open([&](const Message& message) { bench.said.push_back(message); },
+          host->open([&](const Message& message) { bench.received.push_back(message); },
                      [](const std::string&) {});
           host->send(Hello{version});
           host->send(ScanOrder{1, {tile}});
@@ -183,7 +184,7 @@ TEST_CASE("a device closes the connection of a host that sends what the protocol
       bench.loop, bench.address,
       [&](std::unique_ptr<Connection> connection, const std::string&) {
         host = std::move(connection);
-        host->open([&](const Message& message) { bench.said.push_back(message); },
+        host->open([&](const Message& message) { bench.received.push_back(message); },
                    [&](const std::string& reason) { closed = reason; });
         dynamic_cast<TcpConnection&>(*host).send_bytes(std::vector<std::uint8_t>(64, 0x42));
       },

@@ -32,7 +32,7 @@ std::filesystem::path configuration(const TemporaryDirectory& directory, const s
 
 struct Truths {
   ground_truth_t moving{};
-  ground_truth_t standing{};
+  ground_truth_t stationary{};
   std::map<ArmRole, arm_state_t> arms;  // while moving
   std::map<ArmRole, Joints> rates;
 };
@@ -59,7 +59,7 @@ Truths fly(const std::filesystem::path& config) {
   }
   world.send(testbed_command2_t::HOLD);
   world.run_for(3);
-  truths.standing = truth;
+  truths.stationary = truth;
   return truths;
 }
 
@@ -92,11 +92,11 @@ TEST_CASE("commanded positions widen truth by the servos' following error, in mo
   CHECK(std::sqrt(expected.topLeftCorner<3, 3>().trace()) > 5e-4);  // m: worth telling
   CHECK((added - expected).norm() < 0.1 * expected.norm());
 
-  const Matrix6d at_rest = covariance_of(commanded.standing) - covariance_of(measured.standing);
-  CHECK(at_rest.norm() < 1e-4 * covariance_of(measured.standing).norm());
+  const Matrix6d at_rest = covariance_of(commanded.stationary) - covariance_of(measured.stationary);
+  CHECK(at_rest.norm() < 1e-4 * covariance_of(measured.stationary).norm());
 }
 
-TEST_CASE("a site that reports commanded positions says how far the servos follow") {
+TEST_CASE("a site that reports commanded positions states the servos' following error") {
   const TemporaryDirectory directory;
   const auto wrong = [&](const std::string& how) {
     try {

@@ -18,14 +18,14 @@ double since(Utime t, Utime reference) { return seconds(t - reference); }
 /// s after the sign at which the arm has gone at nine tenths of its greatest speed since for the
 /// last time.
 double braking_time(const std::vector<World::Motion>& motion, Utime sign, int arm) {
-  double greatest = 0;
+  double max_speed = 0;
   for (const auto& m : motion) {
-    if (m.utime >= sign) greatest = std::max(greatest, m.speed[arm]);
+    if (m.utime >= sign) max_speed = std::max(max_speed, m.speed[arm]);
   }
-  if (greatest < still) return 0;
+  if (max_speed < still) return 0;
   Utime last = sign;
   for (const auto& m : motion) {
-    if (m.utime >= sign && m.speed[arm] >= 0.9 * greatest) last = m.utime;
+    if (m.utime >= sign && m.speed[arm] >= 0.9 * max_speed) last = m.utime;
   }
   return seconds(last - sign);
 }
@@ -40,9 +40,9 @@ void measure(const World& world, Utime fault, Utime sign, Outcome& outcome) {
     if (outcome.held < 0 && !m.running[0] && !m.running[1]) outcome.held = since(m.utime, sign);
     const bool stands = m.speed[0] < still && m.speed[1] < still;
     if (!stands) {
-      outcome.standing = -1;
-    } else if (outcome.standing < 0) {
-      outcome.standing = since(m.utime, sign);
+      outcome.at_rest = -1;
+    } else if (outcome.at_rest < 0) {
+      outcome.at_rest = since(m.utime, sign);
     }
   }
   for (const event_t& event : world.events) {
@@ -59,20 +59,20 @@ void measure(const World& world, Utime fault, Utime sign, Outcome& outcome) {
 bool goes_on(World& world, const Drill& drill) {
   drill.mend(world);
   world.run_for(1.0);
-  if (drill.say) {
-    world.send(*drill.say);
+  if (drill.command) {
+    world.send(*drill.command);
     world.run_for(0.5);
-    if (*drill.say == testbed_command2_t::RESET) world.send(testbed_command2_t::RESUME);
+    if (*drill.command == testbed_command2_t::RESET) world.send(testbed_command2_t::RESUME);
   }
-  const std::int8_t wanted =
+  const std::int8_t expected =
       drill.closed_loop ? testbed_state_t::CLOSED_LOOP : testbed_state_t::MOVING;
   const auto moves = [&] {
     const auto& now = world.motion.back();
-    return world.state.state == wanted && now.speed[0] > still && now.speed[1] > still;
+    return world.state.state == expected && now.speed[0] > still && now.speed[1] > still;
   };
-  // Who is refused, since the last scan began before the mending, says it again.
+  // A command refused because the last scan began before the fault was removed is sent again.
   double left = time_to_go_on;
-  for (; left > 4 && drill.say == testbed_command2_t::RESUME; left -= 2) {
+  for (; left > 4 && drill.command == testbed_command2_t::RESUME; left -= 2) {
     if (world.run_until(moves, 2)) return true;
     if (!world.state.refusal.empty()) world.send(testbed_command2_t::RESUME);
   }
@@ -99,7 +99,7 @@ Outcome run(const Drill& drill, std::uint64_t seed, double instant) {
   Outcome outcome;
   if (drill.contradicts) {
     if (!world.run_until([&] { return drill.contradicts(world); }, time_to_contradict)) {
-      outcome.trouble = "nothing contradicts within " + std::to_string(time_to_contradict) + " s";
+      outcome.failure = "nothing contradicts within " + std::to_string(time_to_contradict) + " s";
     }
     sign = world.now();
     outcome.first_sign = since(sign, fault);
@@ -109,7 +109,7 @@ Outcome run(const Drill& drill, std::uint64_t seed, double instant) {
   if (drill.mend) {
     outcome.resumed = goes_on(world, drill);
     if (!outcome.resumed) {
-      outcome.trouble = "does not go on: " + world.state.reason + " " + world.state.refusal;
+      outcome.failure = "does not go on: " + world.state.reason + " " + world.state.refusal;
     }
   }
   outcome.min_clearance = world.min_clearance();
@@ -117,7 +117,7 @@ Outcome run(const Drill& drill, std::uint64_t seed, double instant) {
 }
 
 std::string verdict(const Drill& drill, const Outcome& outcome) {
-  if (!outcome.trouble.empty()) return outcome.trouble;
+  if (!outcome.failure.empty()) return outcome.failure;
   if (std::find(drill.codes.begin(), drill.codes.end(), outcome.code) == drill.codes.end()) {
     return "the operator reads '" + outcome.code + "', not '" + drill.codes.front() + "'";
   }
@@ -125,7 +125,7 @@ std::string verdict(const Drill& drill, const Outcome& outcome) {
     return "the testbed is in state " + std::to_string(outcome.state) + ", not " +
            std::to_string(drill.state);
   }
-  if (outcome.standing < 0) return "the arms do not come to stand";
+  if (outcome.at_rest < 0) return "the arms do not come to stand";
   if (!(outcome.braking <= braking_limit)) {
     return "braking begins after " + std::to_string(1e3 * outcome.braking) + " ms";
   }

@@ -17,8 +17,8 @@ struct Drill {
   std::function<void(World&)> begin;
   /// Puts right what can be put right without a new run; empty: nothing can.
   std::function<void(World&)> mend;
-  /// What a person says then; RESUME behind a RESET.
-  std::optional<std::int8_t> say;
+  /// The operator's command then; RESUME follows a RESET.
+  std::optional<std::int8_t> command;
   /// Whether what is out now contradicts what is so; empty: the fault itself is the first sign.
   std::function<bool(World&)> contradicts;
   /// What the operator may read first of what stops the arms, and what the testbed then does.
@@ -34,13 +34,13 @@ struct Outcome {
   double seen = -1;          ///< the event's
   double held = -1;          ///< no controller follows set-points any more
   double braking = -1;       ///< the later of both arms goes slower, in the simulated world
-  double standing = -1;      ///< both arms stand, in the simulated world
+  double at_rest = -1;       ///< both arms stand, in the simulated world
   double min_clearance = 0;  ///< m, from the fault to the end
-  std::string code;          ///< of the testbed's first warning or error; without one, of anybody's
+  std::string code;          ///< of the testbed's first warning or error; without one, of any node
   std::string text;
   std::int8_t state = -1;  ///< of the testbed, before anything was mended
   bool resumed = false;    ///< it went on as it should
-  std::string trouble;     ///< why not; empty
+  std::string failure;     ///< why not; empty
 };
 
 const std::vector<Drill>& drills();

@@ -29,37 +29,38 @@ std::function<void(World&)> continued(const std::string& node) {
 }
 void cleared(World& world) { world.clear_faults(); }
 
-/// Farther from where it was told to be than a joint may.
+/// Farther from its commanded position than a joint may be.
 bool strays(World& world) { return world.lag() > radians(1.0); }
 
-/// An estimate that says it is good and is further from truth than the supervisor allows.
+/// An estimate that is stated as good and is further from truth than the supervisor allows.
 bool estimate_is_wrong(World& world) {
   const auto& estimate = world.estimate;
   if (!estimate || estimate->status != pose_estimate_t::OK) return false;
   const Pose truth = world.true_pose(estimate->utime);
-  const Vector3d said(estimate->position_m[0], estimate->position_m[1], estimate->position_m[2]);
+  const Vector3d estimated(estimate->position_m[0], estimate->position_m[1],
+                           estimate->position_m[2]);
   double variance = 0;
   for (int i = 0; i < 3; ++i) variance = std::max(variance, estimate->covariance[7 * i]);
   constexpr double margin = 0.15;          // safety.largest_estimate_error of config/testbed.yaml
   constexpr double truth_variance = 1e-6;  // ground_truth.position_sigma
-  return (said - truth.position).norm() > margin + 4 * std::sqrt(variance + truth_variance);
+  return (estimated - truth.position).norm() > margin + 4 * std::sqrt(variance + truth_variance);
 }
 
 std::vector<Drill> all() {
   const std::string by_itself = "by itself";
-  const std::string said = "RESUME";
-  const std::string put_right = "put right, RESET, RESUME";
+  const std::string by_resume = "RESUME";
+  const std::string by_reset = "put right, RESET, RESUME";
   const std::string new_run = "a new run";
   std::vector<Drill> list;
   const auto open = [&](const std::string& name, std::function<void(World&)> begin,
-                        std::function<void(World&)> mend, std::optional<std::int8_t> say,
+                        std::function<void(World&)> mend, std::optional<std::int8_t> command,
                         const std::vector<std::string>& codes, std::int8_t state,
                         const std::string& resumes) {
     Drill drill;
     drill.name = name;
     drill.begin = std::move(begin);
     drill.mend = std::move(mend);
-    drill.say = say;
+    drill.command = command;
     drill.codes = codes;
     drill.state = state;
     drill.resumes = resumes;
@@ -67,42 +68,42 @@ std::vector<Drill> all() {
     return &list.back();
   };
   const auto closed = [&](const std::string& name, std::function<void(World&)> begin,
-                          std::function<void(World&)> mend, std::optional<std::int8_t> say,
+                          std::function<void(World&)> mend, std::optional<std::int8_t> command,
                           const std::vector<std::string>& codes, std::int8_t state,
                           const std::string& resumes) {
-    Drill* drill = open(name, std::move(begin), std::move(mend), say, codes, state, resumes);
+    Drill* drill = open(name, std::move(begin), std::move(mend), command, codes, state, resumes);
     drill->closed_loop = true;
     return drill;
   };
   const std::optional<std::int8_t> nothing;
   const std::function<void(World&)> never;
 
-  open("emergency stop", injected("plc", "estop"), cleared, reset, {"arm-estop"}, fault, put_right);
-  open("fence opened", injected("plc", "fence"), cleared, reset, {"arm-fault"}, fault, put_right);
+  open("emergency stop", injected("plc", "estop"), cleared, reset, {"arm-estop"}, fault, by_reset);
+  open("fence opened", injected("plc", "fence"), cleared, reset, {"arm-fault"}, fault, by_reset);
   open("controller stalls", injected("arm-replica", "stall"), cleared, resume, {"arm-fault"}, fault,
-       said);
+       by_resume);
   open("controller reboots", injected("arm-sensor", "reboot"), cleared, resume, {"arm-stopped"},
-       held, said);
+       held, by_resume);
   open("controller marks its joints invalid", injected("arm-replica", "invalid_position"), cleared,
        nothing, {"arm-silent"}, holding, by_itself);
   open("reported joints drift away", injected("arm-sensor", "report_drift", 0.1), never, nothing,
        {"arm-strays"}, held, new_run)
       ->contradicts = strays;
   open("reported joints jump", injected("arm-replica", "report_jump", 0.1), cleared, resume,
-       {"arm-jumped"}, held, said);
+       {"arm-jumped"}, held, by_resume);
   open("controller runs away", injected("arm-replica", "runaway", 0.3), cleared, resume,
-       {"arm-strays"}, held, said)
+       {"arm-strays"}, held, by_resume)
       ->contradicts = strays;
   open("Modbus exceptions", injected("arm-replica", "exception", 4), cleared, resume,
-       {"arm-stopped"}, held, said);
+       {"arm-stopped"}, held, by_resume);
   open("Modbus garbage", injected("arm-sensor", "garbage"), cleared, resume, {"arm-stopped"}, held,
-       said);
+       by_resume);
   open("Modbus half-open sockets", injected("arm-replica", "half_open"), cleared, resume,
-       {"arm-stopped"}, held, said);
+       {"arm-stopped"}, held, by_resume);
   open("Modbus answers too late", injected("arm-sensor", "delayed", 0.07), cleared, resume,
-       {"arm-stopped"}, held, said);
+       {"arm-stopped"}, held, by_resume);
   open("Modbus silent", injected("arm-replica", "silent"), cleared, resume, {"arm-stopped"}, held,
-       said);
+       by_resume);
   open("PLC silent", injected("plc", "silent"), cleared, nothing, {"facility-silent"}, holding,
        by_itself);
   open("PLC answers garbage", injected("plc", "garbage"), cleared, nothing, {"facility-silent"},
@@ -117,11 +118,11 @@ std::vector<Drill> all() {
       [](World& world) {
         world.estimate_falsely({0, 0, 0});
       },
-      resume, {"estimate-wrong"}, held, said)
+      resume, {"estimate-wrong"}, held, by_resume)
       ->contradicts = estimate_is_wrong;
   closed(
       "LIDAR's ranges wander, 50 mm/s", [](World& world) { world.drift_ranges(0.05); },
-      [](World& world) { world.drift_ranges(0); }, resume, {"estimate-wrong"}, held, said)
+      [](World& world) { world.drift_ranges(0); }, resume, {"estimate-wrong"}, held, by_resume)
       ->contradicts = estimate_is_wrong;
   closed("estimator killed", killed("estimator"), never, nothing, {"heartbeat-lost"}, holding,
          new_run);
@@ -141,7 +142,7 @@ std::vector<Drill> all() {
   open("testbed controller killed", killed("testbed"), never, nothing, {"setpoints-stale"},
        testbed_state_t::MOVING, new_run);
   open("testbed controller: endless loop in a handler", stopped("testbed"), continued("testbed"),
-       resume, {"setpoints-stale"}, testbed_state_t::MOVING, said);
+       resume, {"setpoints-stale"}, testbed_state_t::MOVING, by_resume);
   return list;
 }
 

@@ -18,21 +18,21 @@ using namespace berth;
 using namespace berth::drills;
 
 struct Range {
-  double least = 1e9;
-  double most = -1e9;
+  double min = 1e9;
+  double max = -1e9;
   void add(double value) {
-    least = std::min(least, value);
-    most = std::max(most, value);
+    min = std::min(min, value);
+    max = std::max(max, value);
   }
   std::string milliseconds() const {
-    const std::string low = fixed(1e3 * least, 0);
-    const std::string high = fixed(1e3 * most, 0);
+    const std::string low = fixed(1e3 * min, 0);
+    const std::string high = fixed(1e3 * max, 0);
     return low == high ? low : low + " to " + high;
   }
 };
 
 struct Row {
-  Range seen, braking, standing, clearance;
+  Range seen, braking, at_rest, clearance;
   std::string code;
   std::string text;
   std::string state;
@@ -71,7 +71,7 @@ int main(int argc, char* argv[]) {
       const std::string wrong = verdict(drill, outcome);
       row.seen.add(outcome.seen);
       row.braking.add(outcome.braking);
-      row.standing.add(outcome.standing);
+      row.at_rest.add(outcome.at_rest);
       row.clearance.add(outcome.min_clearance);
       row.code = outcome.code;
       row.text = outcome.text;
@@ -80,7 +80,7 @@ int main(int argc, char* argv[]) {
           "%-38s %d  sign %5.0f  seen %4.0f  held %4.0f  braking %4.0f  standing %5.0f ms  "
           "%4.0f mm  %-9s %s: %s%s\n",
           drill.name.c_str(), seed, 1e3 * outcome.first_sign, 1e3 * outcome.seen,
-          1e3 * outcome.held, 1e3 * outcome.braking, 1e3 * outcome.standing,
+          1e3 * outcome.held, 1e3 * outcome.braking, 1e3 * outcome.at_rest,
           1e3 * outcome.min_clearance, row.state.c_str(), outcome.code.c_str(),
           outcome.text.c_str(), wrong.empty() ? "" : ("\n    BROKEN: " + wrong).c_str());
       std::fflush(stdout);
@@ -88,7 +88,7 @@ int main(int argc, char* argv[]) {
     }
     drills_table.rows.push_back({drill.name, "`" + row.code + "`: " + row.text,
                                  row.seen.milliseconds(), row.braking.milliseconds(),
-                                 row.standing.milliseconds(), fixed(1e3 * row.clearance.least, 0),
+                                 row.at_rest.milliseconds(), fixed(1e3 * row.clearance.min, 0),
                                  row.state, drill.resumes});
   }
   if (!table.empty()) write_file(table, markdown_table(drills_table));

@@ -86,11 +86,11 @@ struct AttendedRun {
     return seq;
   }
   /// Why not; empty: it was accepted.
-  std::string ask(std::int8_t what) {
-    const std::int64_t asked = command(what);
+  std::string request(std::int8_t what) {
+    const std::int64_t sent_seq = command(what);
     world.run_for(0.5);
-    REQUIRE(answers.contains(asked));
-    return answers[asked].answer == command_answer_t::ACCEPTED ? "" : answers[asked].reason;
+    REQUIRE(answers.contains(sent_seq));
+    return answers[sent_seq].answer == command_answer_t::ACCEPTED ? "" : answers[sent_seq].reason;
   }
   Joints replica() { return world.true_joints(ArmRole::replica); }
 
@@ -119,22 +119,22 @@ TEST_CASE("after an alarm is put right and reset the same run goes on") {
   CHECK(run.state.steps[0].state == procedure_step_t::RUNNING);
   const Joints stands = run.replica();
 
-  // Neither helps while the condition stands, and both say which.
-  CHECK_THAT(run.ask(procedure_command_t::RESUME), Contains(alarm));
-  CHECK_THAT(run.ask(procedure_command_t::RESET), Contains(alarm));
+  // Neither helps while the condition stands, and both refusals name it.
+  CHECK_THAT(run.request(procedure_command_t::RESUME), Contains(alarm));
+  CHECK_THAT(run.request(procedure_command_t::RESET), Contains(alarm));
   run.world.clear_faults();
   run.world.run_for(1);
-  CHECK_THAT(run.ask(procedure_command_t::RESUME), Contains(alarm));
+  CHECK_THAT(run.request(procedure_command_t::RESUME), Contains(alarm));
   CHECK(run.replica() == stands);
 
-  CHECK(run.ask(procedure_command_t::RESET).empty());
+  CHECK(run.request(procedure_command_t::RESET).empty());
   run.world.run_for(0.5);
   CHECK(run.state.state == procedure_state_t::HELD);
   CHECK_THAT(run.state.reason, Contains("; resume goes on"));
   CHECK(run.world.state.state == testbed_state_t::HELD);
   CHECK(run.replica() == stands);  // a reset moves nothing
 
-  CHECK(run.ask(procedure_command_t::RESUME).empty());
+  CHECK(run.request(procedure_command_t::RESUME).empty());
   REQUIRE(run.world.run_until([&] { return run.done; }, 120));
   INFO(run.node->state().reason);
   CHECK(run.node->state().outcome == procedure_state_t::PASS);
@@ -148,7 +148,7 @@ TEST_CASE("after an alarm is put right and reset the same run goes on") {
   CHECK(evaluation::compare_log(run.directory.path() / "log.lcm").agrees);
 }
 
-TEST_CASE("an alarm while nobody has control ends the run") {
+TEST_CASE("an alarm while no operator has control ends the run") {
   AttendedRun run(false);
   run.world.inject("plc", "estop");
   REQUIRE(run.world.run_until([&] { return run.done; }, 60));
@@ -158,17 +158,17 @@ TEST_CASE("an alarm while nobody has control ends the run") {
 
 TEST_CASE("an alarm on hold, and one that comes again") {
   AttendedRun run(true);
-  CHECK(run.ask(procedure_command_t::HOLD).empty());
-  CHECK_THAT(run.ask(procedure_command_t::RESUME), Contains("come to rest"));
+  CHECK(run.request(procedure_command_t::HOLD).empty());
+  CHECK_THAT(run.request(procedure_command_t::RESUME), Contains("come to rest"));
   run.world.inject("plc", "fence");
   run.world.run_for(2);
   CHECK_THAT(run.state.reason, Contains("SRVO-004"));
   for (int again = 0; again < 2; ++again) {
     run.world.clear_faults();
     run.world.run_for(1);
-    CHECK(run.ask(procedure_command_t::RESET).empty());
+    CHECK(run.request(procedure_command_t::RESET).empty());
     run.world.run_for(0.5);
-    CHECK(run.ask(procedure_command_t::RESUME).empty());
+    CHECK(run.request(procedure_command_t::RESUME).empty());
     if (again == 1) break;
     run.world.inject("plc", "estop");  // on the way back to the path
     run.world.run_for(2);
@@ -187,7 +187,7 @@ TEST_CASE("a closed loop goes on after an alarm, to its end") {
   world.inject("plc", "estop");
   world.run_for(3);
   CHECK(world.state.state == testbed_state_t::FAULT);
-  const std::int64_t asked = world.state.command_seq;
+  const std::int64_t sent_seq = world.state.command_seq;
   world.clear_faults();
   world.run_for(1);
   world.send(testbed_command2_t::RESET);
@@ -196,7 +196,7 @@ TEST_CASE("a closed loop goes on after an alarm, to its end") {
   world.send(testbed_command2_t::RESUME);
   world.run_for(3);
   CHECK(world.state.state == testbed_state_t::CLOSED_LOOP);
-  CHECK(world.run_until([&] { return world.state.finished_seq == asked; }, 120));
+  CHECK(world.run_until([&] { return world.state.finished_seq == sent_seq; }, 120));
 }
 
 }  // namespace

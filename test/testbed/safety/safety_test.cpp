@@ -126,7 +126,7 @@ TEST_CASE("arms that follow stay well within the lag that is allowed") {
     World world({});
     world.begin_move(speed);
     REQUIRE(world.run_until([&] { return world.state.state == testbed_state_t::IDLE; }, 60));
-    CHECK(world.greatest_lag < radians(0.3));  // of 1 deg
+    CHECK(world.max_lag < radians(0.3));  // of 1 deg
   }
 }
 
@@ -147,7 +147,7 @@ TEST_CASE("arms whose controllers have another dead time than the nominal one fo
   INFO(world.state.reason);
   CHECK(world.state.state == testbed_state_t::IDLE);
   // by the nominal dead time it would have strayed
-  if (dead_time == "dead_time: 400 ms") CHECK(world.greatest_lag > radians(1.0));
+  if (dead_time == "dead_time: 400 ms") CHECK(world.max_lag > radians(1.0));
   REQUIRE(world.latency.seq > 0);
   CHECK(world.latency.latency_s ==
         Approx(dead_time == "dead_time: 400 ms" ? 0.4 : 0.02).margin(0.02));

@@ -107,12 +107,12 @@ World::World(const Options& options) : simulation(simulation_options(options)), 
                                  [this, role](const arm_state_t& m) { on_arm(role, m); });
     bus_->subscribe<arm_command_t>(
         arm_command_channel(role), Queue::fifo(), [this, role](const arm_command_t& m) {
-          auto& told = told_[role];
-          if (m.action != arm_command_t::STREAM) return told.clear();
+          auto& commanded = commanded_[role];
+          if (m.action != arm_command_t::STREAM) return commanded.clear();
           Joints joints{};
           std::copy(std::begin(m.joint), std::end(m.joint), joints.begin());
-          told.emplace_back(m.utime, joints);  // when it should be reached
-          while (told.front().first < m.utime - second) told.pop_front();
+          commanded.emplace_back(m.utime, joints);  // when it should be reached
+          while (commanded.front().first < m.utime - second) commanded.pop_front();
         });
   }
   loop_->every(look_period, [this] { look(); });
@@ -166,19 +166,19 @@ void World::on_arm(ArmRole role, const arm_state_t& message) {
   if (message.session != options_.session) return;
   arms[role] = message;
   if (message.valid == 0) return;
-  const auto& told = told_[role];
-  const auto after = std::find_if(told.begin(), told.end(),
+  const auto& commanded = commanded_[role];
+  const auto after = std::find_if(commanded.begin(), commanded.end(),
                                   [&](const auto& entry) { return entry.first >= message.utime; });
-  if (after == told.begin() || after == told.end()) return;
+  if (after == commanded.begin() || after == commanded.end()) return;
   const auto before = std::prev(after);
   const double s = static_cast<double>(message.utime - before->first) /
                    static_cast<double>(after->first - before->first);
   lag_ = 0;
   for (std::size_t i = 0; i < 6; ++i) {
-    const double wanted = before->second[i] + s * (after->second[i] - before->second[i]);
-    lag_ = std::max(lag_, std::abs(message.reported_joint[i] - wanted));
+    const double reference = before->second[i] + s * (after->second[i] - before->second[i]);
+    lag_ = std::max(lag_, std::abs(message.reported_joint[i] - reference));
   }
-  greatest_lag = std::max(greatest_lag, lag_);
+  max_lag = std::max(max_lag, lag_);
 }
 
 testbed_command2_t World::command(std::int8_t what, const std::string& commander) {

@@ -26,7 +26,7 @@
 
 namespace berth::drills {
 
-/// The whole cell in the twin, with every node that a lab has and a commander who keeps his lease;
+/// The whole cell in the twin, with every node that a lab has and a commander that keeps its lease;
 /// what happens to it is measured in the simulated world itself, which no node sees.
 class World {
  public:
@@ -77,7 +77,7 @@ class World {
   /// As an endless loop in the node's worker would; its loop goes on.
   void stop_work(const std::string& node);
   void go_on_with_work(const std::string& node);
-  /// In the estimator's place: twice a second the truth, half a second ago, and this much beside
+  /// In the estimator's place: twice a second the truth, half a second ago, displaced by this much
   /// it.
   void estimate_falsely(const Vector3d& offset);
   /// The LIDAR's ranges grow at this rate, m/s; 0: they are right again.
@@ -92,7 +92,7 @@ class World {
   /// Least distance between bodies of different parties since the beginning, m.
   double min_clearance() const { return min_clearance_; }
   bool saw(const std::string& code) const;
-  /// Whether the node says that it is in FAULT.
+  /// Whether the node reports FAULT.
   bool in_fault(const std::string& node) const { return faults_.contains(node); }
   SimulatedCell& cell() { return *cell_; }
 
@@ -103,9 +103,9 @@ class World {
   std::optional<pose_estimate_t> estimate;
   std::vector<event_t> events;
   std::vector<Motion> motion;
-  /// Largest distance between a reported joint and what it was told to be a dead time before, rad.
+  /// Largest distance between a reported joint and its command a dead time before, rad.
   double lag() const { return lag_; }
-  double greatest_lag = 0;
+  double max_lag = 0;
 
  private:
   injection_t injection(std::int8_t action);
@@ -131,7 +131,7 @@ class World {
   std::unique_ptr<testbed::Clearance> clearance_;
   double min_clearance_ = 10;
   int looks_ = 0;
-  std::map<ArmRole, std::deque<std::pair<Utime, Joints>>> told_;
+  std::map<ArmRole, std::deque<std::pair<Utime, Joints>>> commanded_;
   double lag_ = 0;
   std::optional<Vector3d> false_by_;
   std::deque<std::pair<Utime, Pose>> poses_;

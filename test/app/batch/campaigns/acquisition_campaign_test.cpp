@@ -38,8 +38,8 @@ TEST_CASE("single scans of the replica are acquired, the same for any number of 
       first = read_file(campaign.trials_file());
       const auto results = read_results(campaign.trials_file());
       for (const TrialResult& result : results) {
-        const double wanted = result.point == 0 ? 60 : 300;
-        CHECK(result.measurement("points") == Approx(wanted).margin(0.25 * wanted));
+        const double expected = result.point == 0 ? 60 : 300;
+        CHECK(result.measurement("points") == Approx(expected).margin(0.25 * expected));
         if (result.passed()) CHECK(result.measurement("position_error") < 150);
         REQUIRE(result.attitude.has_value());
       }

@@ -32,7 +32,7 @@ std::string changed(const std::string& key, const std::string& value) {
   return read_file(directory / "lidar.yaml");
 }
 
-std::string override_complaint(const std::string& key, const std::string& value) {
+std::string override_error(const std::string& key, const std::string& value) {
   try {
     changed(key, value);
   } catch (const InputError& e) {
@@ -59,16 +59,15 @@ TEST_CASE("a key of a configuration file is changed where it stands, and nothing
 }
 
 TEST_CASE("a value of another kind, or a key that is not there, is refused") {
-  CHECK_THAT(override_complaint("rate", "1 m"), Contains("1 m"));
-  CHECK_THAT(override_complaint("rate", "[1 Hz]"),
-             Contains("found '[1 Hz]', expected a frequency"));
-  CHECK_THAT(override_complaint("field", "[20 deg]"), Contains("expected a list such as"));
-  CHECK_THAT(override_complaint("beam", "1"), Contains("no single value"));
-  CHECK_THAT(override_complaint("beam.nose", "1 cm"),
+  CHECK_THAT(override_error("rate", "1 m"), Contains("1 m"));
+  CHECK_THAT(override_error("rate", "[1 Hz]"), Contains("found '[1 Hz]', expected a frequency"));
+  CHECK_THAT(override_error("field", "[20 deg]"), Contains("expected a list such as"));
+  CHECK_THAT(override_error("beam", "1"), Contains("no single value"));
+  CHECK_THAT(override_error("beam.nose", "1 cm"),
              Contains("no key 'nose' of 'beam.nose'; there are: noise, name"));
-  CHECK_THAT(override_complaint("rate", "1 Hz # really"),
+  CHECK_THAT(override_error("rate", "1 Hz # really"),
              Contains("found '1 Hz # really', expected a frequency"));
-  CHECK_THAT(override_complaint("long", "[3, 4]"), Contains("not written on one line"));
+  CHECK_THAT(override_error("long", "[3, 4]"), Contains("not written on one line"));
   const TemporaryDirectory directory;
   CHECK_THROWS_WITH(check_override(directory.path(), "../x.yaml:a", "1"), Contains("no file"));
 }

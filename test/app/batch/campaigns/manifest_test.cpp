@@ -41,7 +41,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   return text.replace(at, from.size(), to);
 }
 
-std::string complaint(const std::string& from, const std::string& to) {
+std::string error_of(const std::string& from, const std::string& to) {
   try {
     parsed(replaced(acquisition, from, to));
   } catch (const InputError& e) {
@@ -121,7 +121,7 @@ TEST_CASE("what is drawn is drawn from where the manifest says") {
   CHECK(std::abs(trace) < 5 / std::sqrt(n));  // uniform over SO(3): mean 0, variance 1
 }
 
-TEST_CASE("an attitude in a list becomes the pendant's angles, and is told") {
+TEST_CASE("an attitude in a list becomes the pendant's angles, and is reported") {
   const Manifest manifest = parsed(replaced(acquisition, "any attitude", "[any attitude]"));
   const Trial trial = trial_of(manifest, 0);
   const std::string text = trial.parameters[2].second;
@@ -129,42 +129,41 @@ TEST_CASE("an attitude in a list becomes the pendant's angles, and is told") {
   CHECK(std::count(text.begin(), text.end(), ',') == 2);
 }
 
-TEST_CASE("a wrong manifest is told with file, line and key") {
-  CHECK(complaint("seed: 3", "sead: 3") ==
+TEST_CASE("an error in a manifest names file, line and key") {
+  CHECK(error_of("seed: 3", "sead: 3") ==
         "campaigns/few.yaml:3: key 'sead': is not known here; did you mean 'seed'?");
   CHECK_THAT(
-      complaint("trials: 5", "trials: 0"),
+      error_of("trials: 5", "trials: 0"),
       Contains("campaigns/few.yaml:4: key 'trials': found '0', expected a whole number from 1 "
                "to 1000000000"));
-  CHECK_THAT(complaint("returns: [50, 100, 200]", "returns: 50"),
+  CHECK_THAT(error_of("returns: [50, 100, 200]", "returns: 50"),
              Contains(":6: key 'grid.returns': expected a list"));
-  CHECK_THAT(complaint("returns: [50", "returns: [fifty"), Contains(":6: key 'grid.returns': "));
-  CHECK_THAT(complaint("range_noise: [5 mm", "range_noise: [5 deg"),
+  CHECK_THAT(error_of("returns: [50", "returns: [fifty"), Contains(":6: key 'grid.returns': "));
+  CHECK_THAT(error_of("range_noise: [5 mm", "range_noise: [5 deg"),
              Contains(":7: key 'grid.range_noise'"));
-  CHECK_THAT(complaint("range_noise:", "rnage_noise:"),
+  CHECK_THAT(error_of("range_noise:", "rnage_noise:"),
              Contains(":7: key 'grid.rnage_noise': no parameter of an acquisition"));
-  CHECK_THAT(complaint("{uniform: [-100 mm, 100 mm]}", "{uniform: [-100 mm, 100 m]}"),
+  CHECK_THAT(error_of("{uniform: [-100 mm, 100 mm]}", "{uniform: [-100 mm, 100 m]}"),
              Contains(":10: key 'draw.right': uniform: found [-100 mm, 100 m]"));
-  CHECK_THAT(complaint("{uniform: [-100 mm, 100 mm]}", "{unifrom: [-100 mm, 100 mm]}"),
+  CHECK_THAT(error_of("{uniform: [-100 mm, 100 mm]}", "{unifrom: [-100 mm, 100 mm]}"),
              Contains("found 'unifrom', expected a distribution"));
-  CHECK_THAT(complaint("{log_uniform: [0.1 mrad", "{log_uniform: [0 mrad"), Contains("above zero"));
-  CHECK_THAT(complaint("  attitude: any attitude\n", ""), Contains("'attitude' is missing"));
-  CHECK_THAT(complaint("  range: 5.5 m", "  range_noise: 5 mm"), Contains("appears twice"));
-  CHECK_THAT(complaint("  range: 5.5 m", "  right: {uniform: [0, 1]}"),
-             Contains("key 'set.right'"));
-  CHECK_THAT(complaint("[position_error", "[positon_error"),
+  CHECK_THAT(error_of("{log_uniform: [0.1 mrad", "{log_uniform: [0 mrad"), Contains("above zero"));
+  CHECK_THAT(error_of("  attitude: any attitude\n", ""), Contains("'attitude' is missing"));
+  CHECK_THAT(error_of("  range: 5.5 m", "  range_noise: 5 mm"), Contains("appears twice"));
+  CHECK_THAT(error_of("  range: 5.5 m", "  right: {uniform: [0, 1]}"), Contains("key 'set.right'"));
+  CHECK_THAT(error_of("[position_error", "[positon_error"),
              Contains(":16: key 'measurements': 'positon_error': no measurement"));
-  CHECK_THAT(complaint("experiment: acquisition", "experiment: aquisition"),
+  CHECK_THAT(error_of("experiment: acquisition", "experiment: aquisition"),
              Contains(":2: key 'experiment'"));
-  CHECK_THAT(complaint("experiment: acquisition", "procedure: nowhere.yaml"),
+  CHECK_THAT(error_of("experiment: acquisition", "procedure: nowhere.yaml"),
              Contains(":2: key 'procedure': found 'nowhere.yaml'"));
-  CHECK_THAT(complaint("  range: 5.5 m", "  estimator.yaml:acquisition.beems: 5"),
+  CHECK_THAT(error_of("  range: 5.5 m", "  estimator.yaml:acquisition.beems: 5"),
              Contains("no key 'beems'"));
-  CHECK_THAT(complaint("  range: 5.5 m", "  twin.yaml:compute_delay.testbed: 5 ms"),
+  CHECK_THAT(error_of("  range: 5.5 m", "  twin.yaml:compute_delay.testbed: 5 ms"),
              Contains("no other file"));
 }
 
-TEST_CASE("a procedure's campaign knows its parameters, phases and the keys of the configuration") {
+TEST_CASE("a procedure's campaign checks parameters, phases and keys of the configuration") {
   const auto with = [](const std::string& more, const std::string& measurements) {
     return parse_manifest("procedure: procedures/approach.yaml\ntrials: 2\n" + more +
                               "measurements: [" + measurements + "]\n",

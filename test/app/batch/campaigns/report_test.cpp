@@ -28,7 +28,7 @@ std::size_t count(const std::string& text, const std::string& what) {
   return number;
 }
 
-TEST_CASE("a report tells what was put into the results") {
+TEST_CASE("a report shows the values that were put into the results") {
   const Directory directory;
   const Manifest manifest = made_manifest(200);
   make_trials(manifest, directory.path);
@@ -70,7 +70,7 @@ TEST_CASE("a report tells what was put into the results") {
   CHECK(page.find("http") == page.find("http-equiv"));  // fetches nothing
 }
 
-TEST_CASE("what is known beforehand of a table is found in it") {
+TEST_CASE("a table of trials has the values and effects of its made results") {
   const Manifest manifest = made_manifest(100);
   TrialTable table(manifest);
   for (std::int64_t i = 0; i < manifest.total(); ++i) table.add(made_result(manifest, i));
@@ -96,7 +96,7 @@ TEST_CASE("what is known beforehand of a table is found in it") {
   }
 }
 
-TEST_CASE("nothing at all, and no trials, are told apart") {
+TEST_CASE("no results and no trials are distinguished") {
   const Directory directory;
   const Manifest manifest = made_manifest(1);
   fs::create_directories(directory.path);

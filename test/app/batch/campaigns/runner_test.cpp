@@ -32,7 +32,7 @@ measurements: [position_error]
 
 Manifest manifest() { return parse_manifest(manifest_text, "few.yaml"); }
 
-/// What happens in a trial, beside its result.
+/// What happens in a trial, apart from its result.
 using Happening = std::function<void(const Trial&)>;
 
 /// A number that follows from the trial; no estimator.
@@ -143,7 +143,7 @@ TEST_CASE("a worker that is killed is replaced, and no trial is lost") {
   CHECK(read_file(campaign.trials_file()) == undisturbed(1));
 }
 
-TEST_CASE("a block that another process is at work on is not begun, and stays as it is") {
+TEST_CASE("a block that another process computes is not begun, and stays as it is") {
   const TemporaryDirectory directory;
   const Campaign campaign = Campaign::create(manifest(), directory / "c", 0);
   const Block first = campaign.missing_blocks().front();
@@ -189,7 +189,7 @@ TEST_CASE("what is killed with its workers goes on where it was") {
   CHECK(lines_in(ran) <= 60 + 2 * 7);  // two blocks were under way
 }
 
-TEST_CASE("an interrupted campaign says what is missing, and goes on") {
+TEST_CASE("an interrupted campaign reports the missing trials, and resumes") {
   const TemporaryDirectory directory;
   const Campaign campaign = Campaign::create(manifest(), directory / "c", 0);
   RunnerOptions options = options_with(1, [](const Trial& trial) {
@@ -208,7 +208,7 @@ TEST_CASE("an interrupted campaign says what is missing, and goes on") {
   CHECK(read_file(campaign.trials_file()) == undisturbed(1));
 }
 
-TEST_CASE("more trials can be asked for later; those that are there stay") {
+TEST_CASE("more trials can be requested later; existing ones are kept") {
   const TemporaryDirectory directory;
   const Campaign few = Campaign::create(manifest(), directory / "c", 5);
   run_all(few, options_with(1));

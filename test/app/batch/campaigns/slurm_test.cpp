@@ -34,7 +34,7 @@ SlurmOptions options_of(const fs::path& directory, const std::string& text) {
   return load_slurm_options(file);
 }
 
-TEST_CASE("each missing block is in one task, and tasks are as long as was asked for") {
+TEST_CASE("each missing block is in one task, and tasks have the requested length") {
   const auto all = blocks_of(100, 10);
   Random random(1, "missing");
   for (const double share : {1.0, 0.5, 0.02}) {
@@ -99,7 +99,7 @@ TEST_CASE("a task's script runs its line's blocks and leaves its exit code, what
   const SlurmFolder folder{campaign.directory() / "slurm" / "1"};
   fs::create_directories(folder.path);
   write_file(folder.tasks(), text_of({{0, 3, 30}, {5, 1, 10}}));
-  // Instead of berth: says what it was called with, and fails.
+  // Stands in for berth: prints its arguments and fails.
   const fs::path program = directory.path / "it's berth";
   write_file(program, "#!/bin/sh\nfor word in \"$@\"; do echo \"<$word>\"; done\nexit 7\n");
   fs::permissions(program, fs::perms::owner_all);

@@ -87,7 +87,7 @@ TEST_CASE("a file that is no history, or one of a newer Berth, is refused by nam
   CHECK_THROWS_WITH(History(directory / "newer.sqlite"), Catch::Contains("newer Berth"));
 }
 
-TEST_CASE("whoever is notified gets the summary and the verdict; a failure is told") {
+TEST_CASE("a notification has the summary and the verdict; its failure is reported") {
   const TemporaryDirectory directory;
   NightReport report;
   report.night.name = "tonight";
@@ -96,9 +96,9 @@ TEST_CASE("whoever is notified gets the summary and the verdict; a failure is to
   CHECK(notify("(echo \"$BERTH_NIGHT $BERTH_NIGHT_VERDICT\"; cat) >" + file, report,
                directory.path(), "/bin/berth")
             .empty());
-  const std::string said = read_file(file);
-  CHECK_THAT(said, Catch::StartsWith("tonight clean\n"));
-  CHECK_THAT(said, Catch::Contains("CLEAN"));
+  const std::string summary = read_file(file);
+  CHECK_THAT(summary, Catch::StartsWith("tonight clean\n"));
+  CHECK_THAT(summary, Catch::Contains("CLEAN"));
   CHECK_THAT(notify("exit 7", report, directory.path(), "/bin/berth"),
              Catch::Contains("exit code 7"));
   report.notification = "failed";

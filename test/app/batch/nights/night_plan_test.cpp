@@ -23,7 +23,7 @@ struct PlanFile {
     std::ofstream(file) << text;
     return load_plan(file);
   }
-  std::string complaint(const std::string& text) const {
+  std::string error_of(const std::string& text) const {
     try {
       load(text);
     } catch (const InputError& e) {
@@ -40,7 +40,7 @@ TEST_CASE("an archive is a directory of run directories") {
   const std::string procedures = "procedures: [{procedure: approach.yaml, seeds: {fixed: 1}}]\n";
   std::filesystem::create_directories(plan_file.directory / "empty");
   std::filesystem::create_directories(plan_file.directory / "runs" / "one");
-  CHECK_THAT(plan_file.complaint("archive: {runs: empty}\n" + procedures),
+  CHECK_THAT(plan_file.error_of("archive: {runs: empty}\n" + procedures),
              Catch::Matchers::Contains("plan.yaml:1") &&
                  Catch::Matchers::Contains("expected a directory of run directories"));
   const Plan plan = plan_file.load("archive: {runs: runs}\n" + procedures);
@@ -93,7 +93,7 @@ procedures:
   CHECK(plan.cases[0].estimator.empty());
   CHECK(plan.cases[1].name == "approach by mine");
   CHECK(plan.cases[1].estimator == plan_file.directory / "mine.so");
-  CHECK_THAT(plan_file.complaint(
+  CHECK_THAT(plan_file.error_of(
                  "seeds: {fixed: 1}\nprocedures: [{procedure: approach.yaml, estimator: no.so}]\n"),
              Catch::Contains("found 'no.so', expected a file"));
 }
@@ -117,19 +117,19 @@ procedures:
   CHECK(runs_of_night(plan, 1).size() == 6);  // the baseline need not fly in lab
 }
 
-TEST_CASE("mistakes in a plan are told with file, line and key") {
+TEST_CASE("errors in a plan name file, line and key") {
   const PlanFile plan_file;
   const auto has = [&](const std::string& text, const std::string& expected) {
     INFO(text);
-    const std::string complaint = plan_file.complaint(text);
-    CHECK_THAT(complaint, Catch::Contains(expected));
-    CHECK_THAT(complaint, Catch::Contains("plan.yaml:"));
+    const std::string error = plan_file.error_of(text);
+    CHECK_THAT(error, Catch::Contains(expected));
+    CHECK_THAT(error, Catch::Contains("plan.yaml:"));
   };
   has("jobs: 2\n", "key 'procedures': expected a list");
   has("procedures:\n  - procedure: nothing.yaml\n", ":2: key 'procedures[0].procedure': found");
   has("procedures:\n  - procedure: approach.yaml\n", "no seeds, so it never runs");
   const std::string good = "procedures:\n  - procedure: approach.yaml\n    seeds: {fixed: 3}\n";
-  CHECK(plan_file.complaint(good) == "none");
+  CHECK(plan_file.error_of(good) == "none");
   has(good + "  - procedure: approach.yaml\n    seeds: {fixed: 3}\n", "appears twice in the plan");
   has(good + "tiem_budget: 2 h\n", "did you mean 'time_budget'?");
   has(good + "jobs: 0\n", ":4: key 'jobs': found '0', expected a whole number of at least 1");

@@ -21,28 +21,28 @@ namespace {
 
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
-/// Questions as a night asks them: many say nearly the same, some have wild values, some are
+/// Tests of a night: many are correlated, some have outliers, some are
 /// missing in a few runs.
 std::vector<Test> made_up(Random& random, std::size_t groups, std::size_t before,
                           std::size_t after) {
-  std::vector<Test> questions;
+  std::vector<Test> tests;
   for (std::size_t g = 0; g < groups; ++g) {
     std::vector<double> common_before(before);
     std::vector<double> common_after(after);
     for (double& v : common_before) v = random.normal();
     for (double& v : common_after) v = random.normal();
     for (int q = 0; q < 12; ++q) {
-      Test question{g, {}, {}, 0};
+      Test test{g, {}, {}, 0};
       const auto draw = [&](double common) {
         const double own = q % 3 == 0 ? std::exp(2 * random.normal()) : random.normal();
         return random.uniform() < 0.05 ? missing : common + own;
       };
-      for (const double v : common_before) question.before.push_back(draw(v));
-      for (const double v : common_after) question.after.push_back(draw(v));
-      questions.push_back(question);
+      for (const double v : common_before) test.before.push_back(draw(v));
+      for (const double v : common_after) test.after.push_back(draw(v));
+      tests.push_back(test);
     }
   }
-  return questions;
+  return tests;
 }
 
 bool any_below(const std::vector<TestResult>& answers, double level) {
@@ -71,55 +71,55 @@ FinishedRun made_run(const std::string& case_name, Build build, std::uint64_t se
 
 }  // namespace
 
-TEST_CASE("a family of questions raises as many false alarms as it is allowed, not more") {
+TEST_CASE("a family of tests keeps its family-wise alpha") {
   const bool paired = GENERATE(true, false);
   Random random(3, paired ? "paired" : "unpaired");
   constexpr double level = 0.1;
   constexpr int nights = 300;
-  int alarms = 0;
+  int flagged = 0;
   for (int night = 0; night < nights; ++night) {
-    const auto questions = made_up(random, 3, paired ? 12 : 30, paired ? 12 : 6);
+    const auto tests = made_up(random, 3, paired ? 12 : 30, paired ? 12 : 6);
     const FamilyOptions options{300, static_cast<std::uint64_t>(night)};
-    alarms += any_below(
-        paired ? paired_family(questions, options) : unpaired_family(questions, options), level);
+    flagged +=
+        any_below(paired ? paired_family(tests, options) : unpaired_family(tests, options), level);
   }
   // 30 expected; 47 is beyond one in a thousand. Far fewer would mean that it sees nothing.
-  CHECK(alarms < 47);
-  CHECK(alarms > 8);
+  CHECK(flagged < 47);
+  CHECK(flagged > 8);
 }
 
-TEST_CASE("a tenth more is seen among many questions where nothing changed") {
+TEST_CASE("an increase by a tenth is found among many unchanged values") {
   const bool paired = GENERATE(true, false);
   Random random(5, "power");
-  auto questions = made_up(random, 3, paired ? 16 : 60, 16);
+  auto tests = made_up(random, 3, paired ? 16 : 60, 16);
   Test changed{1, {}, {}, 0.05};
-  for (std::size_t i = 0; i < questions[12].before.size(); ++i) {
+  for (std::size_t i = 0; i < tests[12].before.size(); ++i) {
     changed.before.push_back(random.normal(0.05));
   }
   for (std::size_t i = 0; i < 16; ++i) {
     changed.after.push_back((paired ? changed.before[i] : 0) + 0.1 + random.normal(0.03));
   }
-  questions.push_back(changed);
-  const auto answers = paired ? paired_family(questions, {}) : unpaired_family(questions, {});
+  tests.push_back(changed);
+  const auto answers = paired ? paired_family(tests, {}) : unpaired_family(tests, {});
   CHECK(answers.back().p < 0.002);
   CHECK(answers.back().change == Approx(0.1).margin(0.05));
 }
 
-TEST_CASE("a tiny change is none, however consistent, and hides no other") {
-  std::vector<Test> questions;
+TEST_CASE("a change below the minimum effect is none, however consistent, and hides no other") {
+  std::vector<Test> tests;
   for (int q = 0; q < 50; ++q) {
-    questions.push_back({0, std::vector<double>(16, 1), std::vector<double>(16, 1 + 1e-6), 0.05});
+    tests.push_back({0, std::vector<double>(16, 1), std::vector<double>(16, 1 + 1e-6), 0.05});
   }
   Random random(1, "real change");
   Test real{0, std::vector<double>(16, 1), {}, 0.05};
   for (int i = 0; i < 16; ++i) real.after.push_back(1.2 + random.normal(0.1));
-  questions.push_back(real);
-  const auto answers = paired_family(questions);
+  tests.push_back(real);
+  const auto answers = paired_family(tests);
   CHECK(answers.front().p == 1);
   CHECK(answers.back().p < 0.002);
 }
 
-TEST_CASE("too few runs tell nothing") {
+TEST_CASE("too few runs decide nothing") {
   const auto few =
       paired_family({{0, {1, 1, 1, 1, 1, missing, 1, 1}, {2, 2, 2, 2, 2, 2, 2, 2}, 0}}).front();
   CHECK(std::isnan(few.change));
@@ -158,7 +158,7 @@ TEST_CASE("changes are found pair by pair, as ratios, and named by their kind") 
     CHECK(none.comparisons == 0);
     REQUIRE(none.remarks.size() == 1);
   }
-  SECTION("a baseline that crashed says nothing") {
+  SECTION("a baseline that crashed decides nothing") {
     for (FinishedRun& run : evidence.baseline) {
       run.outcome = Outcome::error;
       run.values.clear();
@@ -233,7 +233,7 @@ TEST_CASE("an improvement of whatever is measured leaves the night clean") {
   }
 }
 
-TEST_CASE("as many runs may fail as the plan says, by chance") {
+TEST_CASE("as many runs may fail as the plan's probability of failure allows") {
   CHECK(binomial_tail(0, 10, 0) == 1);
   CHECK(binomial_tail(1, 10, 0) == 0);
   CHECK(binomial_tail(1, 2, 0.5) == Approx(0.75));

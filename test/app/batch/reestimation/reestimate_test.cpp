@@ -82,7 +82,7 @@ TEST_CASE("The unchanged estimator gives the recorded estimates, bit for bit") {
   const Content new_log = content(run.again / "run.lcm");
   CHECK(new_log.others == old_log.others);
   CHECK(new_log.own.at(channels::scan_request) - old_log.own.at(channels::scan_request) <= 1);
-  // A run directory like any other, of which the same is said.
+  // A run directory like any other, of which the same holds.
   const RunSetup again = RunFiles::open(run.again).setup;
   CHECK(again.target == (run.again / "target" / "radarsat2").string());
   CHECK(load_target(again.target, 0).hash == load_target(recorded().run.setup.target, 0).hash);
@@ -101,7 +101,7 @@ TEST_CASE("A log is enough: its run directory is not needed") {
   CHECK(run.again.filename() == "alone");
 }
 
-TEST_CASE("Another method gives other estimates of the same scans, and a log that says so") {
+TEST_CASE("Another method gives other estimates of the same scans, and is recorded in the log") {
   TemporaryDirectory folder;
   EstimatorChanges changes;
   changes.set = {"tracking.method=icp", "range_gate.far=9 m"};
@@ -118,7 +118,7 @@ TEST_CASE("Another method gives other estimates of the same scans, and a log tha
   CHECK(run.after.info()->configuration_hash != run.before.info()->configuration_hash);
   for (const auto& estimate : run.after.estimates()) CHECK(estimate.scan_id > 0);
 
-  // The log of the new run is estimated again as it says.
+  // The log of the new run is estimated again with its recorded configuration.
   TemporaryDirectory third;
   fs::copy_file(run.again / "run.lcm", third / "new.lcm");
   CHECK(again(third / "new.lcm", third / "again", {}).result.identical());
@@ -144,7 +144,7 @@ TEST_CASE(
   std::ofstream(old / "config" / "estimator.yaml") << text;
   const BatchRun run = again(old, folder / "again", {});
   CHECK(run.error == "");
-  CHECK(run.result.identical());  // it was estimated so, and only says otherwise
+  CHECK(run.result.identical());  // it was estimated so, only its record differs
   CHECK_THAT(read_file(run.again / "config" / "estimator.yaml"),
              Catch::Contains("method: hypotheses") && Catch::Contains("method: likelihood") &&
                  Catch::Contains("drop_out") && Catch::Contains("max_scan_time") &&
@@ -166,7 +166,7 @@ TEST_CASE("An estimator that acquires later still obeys the commands of its run"
   changes.set = {"acquisition.hypotheses.min_returns=100000"};
   const BatchRun run = again(recorded().run.directory, folder.path(), changes);
   CHECK(run.error.empty());
-  CHECK(run.result.estimates >= run.result.recorded);  // of every scan it says something
+  CHECK(run.result.estimates >= run.result.recorded);  // at least one of every scan
   for (const auto& estimate : run.after.estimates()) CHECK(!estimate.ok());
   CHECK(run.change.verdict() == "worse");
 }
@@ -201,7 +201,7 @@ TEST_CASE("Damage costs no good message") {
   CHECK(run.result.estimates >= run.result.recorded - 1);
 }
 
-TEST_CASE("Wrong input is told of by name, and the other runs go on") {
+TEST_CASE("Wrong input is reported by name, and the other runs go on") {
   TemporaryDirectory folder;
   EstimatorChanges changes;
   const auto error = [&](const std::string& set) {
