@@ -80,7 +80,7 @@ bool wait_for(const Campaign& campaign, const SlurmJobs& jobs,
   }
 }
 
-void tell_failures(const Campaign& campaign, const SlurmJobs& jobs) {
+void report_failures(const Campaign& campaign, const SlurmJobs& jobs) {
   const auto failures = failures_of(campaign, jobs);
   for (std::size_t i = 0; i < std::min(max_failures_listed, failures.size()); ++i) {
     std::printf("task %zu left trials undone: %s; see %s\n", failures[i].task,
@@ -133,7 +133,7 @@ SlurmEnd run_on_slurm(const Campaign& campaign, const SlurmRequest& request) {
                 hint.c_str());
     return SlurmEnd::interrupted;
   }
-  tell_failures(campaign, *jobs);
+  report_failures(campaign, *jobs);
   return SlurmEnd::over;
 }
 

@@ -15,7 +15,7 @@ namespace berth {
 namespace {
 
 /// Control loops keep their beat on a busy machine where the system lets us; else nothing is lost.
-void ask_for_real_time() {
+void request_real_time() {
   sched_param parameter{};
   parameter.sched_priority = 10;
   sched_setscheduler(0, SCHED_RR | SCHED_RESET_ON_FORK, &parameter);
@@ -44,7 +44,7 @@ int run_node_program(int argc, char* argv[], const std::string& name,
     return options.exit(e) == 0 ? 0 : 2;
   }
   try {
-    if (real_time) ask_for_real_time();
+    if (real_time) request_real_time();
     const RunFiles files = RunFiles::open(run);
     ProcessLoop loop(clock_offset_from_environment());
     loop.stop_on_signals();

@@ -25,7 +25,7 @@ namespace berth {
 namespace {
 
 /// Asks the supervisor to stop: it aborts the procedure at the first, and kills at the second time.
-void ask_to_stop(const ProcessHandle& supervisor, int times) {
+void request_stop(const ProcessHandle& supervisor, int times) {
   if (times == 1) {
     std::printf("\naborting; once more stops everything at once\n");
   } else {
@@ -56,7 +56,7 @@ class Monitor {
     loop_.on_signals([this, observing](int) {
       if (observing) return leave();
       view_.clear_panel();
-      ask_to_stop(supervisor_, ++interrupts_);
+      request_stop(supervisor_, ++interrupts_);
     });
     show<procedure_state_t>(channels::procedure_state);
     show<run_info_t>(channels::run_info);

@@ -81,9 +81,9 @@ void Hub::send_frames() {
   }
 }
 
-void Hub::say_goodbye() {
+void Hub::close_all() {
   for (auto& [name, viewer] : viewers_) {
-    if (const auto link = viewer.link.lock()) link->say_goodbye();
+    if (const auto link = viewer.link.lock()) link->close_going_away();
   }
 }
 

@@ -23,7 +23,7 @@ class ViewerLink {
   virtual bool idle() const = 0;
   virtual void send(Text text) = 0;
   /// The server goes.
-  virtual void say_goodbye() = 0;
+  virtual void close_going_away() = 0;
 };
 
 /// State shared by the connections of a server: the viewers, the revision that each has, and the
@@ -42,7 +42,7 @@ class Hub {
 
   /// Brings every viewer that is not busy up to date; called frames_per_s times a second.
   void send_frames();
-  void say_goodbye();
+  void close_all();
 
   ServerCounters counters() const;
   /// Sent on the wire, for the counters.

@@ -81,7 +81,7 @@ class Server::Impl {
   ~Impl() {
     asio::post(context_, [this] {
       acceptor_.close();
-      hub_.say_goodbye();
+      hub_.close_all();
       timer_.expires_after(time_for_goodbye);
       timer_.async_wait([this](boost::system::error_code) { context_.stop(); });
     });

@@ -65,7 +65,7 @@ class ViewerSession final : public ViewerLink,
     if (waiting_.size() == 1) write();
   }
 
-  void say_goodbye() override { close(websocket::close_code::going_away, "the console ends"); }
+  void close_going_away() override { close(websocket::close_code::going_away, "the console ends"); }
 
  private:
   using Clock = std::chrono::steady_clock;
