@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "lcmtypes/conversions.h"
-#include "test/estimator/packets.h"
+#include "test/estimator/beam/packets.h"
 
 namespace berth::benchmark {
 namespace {

@@ -8,8 +8,8 @@
 #include "logs/file/log_writer.h"
 #include "procedures/engine/run_info.h"
 #include "procedures/language/procedure.h"
-#include "test/estimator/fold_fixture.h"
-#include "test/evaluation/made_run.h"
+#include "test/estimator/node/fold_fixture.h"
+#include "test/evaluation/measure/made_run.h"
 
 namespace berth::made {
 

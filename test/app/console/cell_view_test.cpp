@@ -14,7 +14,7 @@
 #include "lcmtypes/scan_packet.h"
 #include "test/app/console/written_board.h"
 #include "test/catch.h"
-#include "test/evaluation/made_run.h"
+#include "test/evaluation/measure/made_run.h"
 
 using namespace berth;
 using namespace berth::console;

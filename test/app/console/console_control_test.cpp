@@ -5,7 +5,7 @@
 #include "app/console/control/command_handler.h"
 #include "app/console/control/page_command.h"
 #include "common/core/error.h"
-#include "test/procedures/engine_bench.h"
+#include "test/procedures/engine/engine_bench.h"
 
 using namespace berth;
 using namespace berth::console;

@@ -11,7 +11,7 @@
 #include "logs/file/log_writer.h"
 #include "test/catch.h"
 #include "test/common/core/temporary_directory.h"
-#include "test/evaluation/made_run.h"
+#include "test/evaluation/measure/made_run.h"
 
 using namespace berth;
 

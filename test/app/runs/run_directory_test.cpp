@@ -23,7 +23,7 @@
 #include "procedures/engine/run_info.h"
 #include "test/catch.h"
 #include "test/common/core/temporary_directory.h"
-#include "test/evaluation/made_run.h"
+#include "test/evaluation/measure/made_run.h"
 
 using namespace berth;
 

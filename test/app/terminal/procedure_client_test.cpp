@@ -3,7 +3,7 @@
 #include "app/terminal/procedure_client.h"
 
 #include "logs/file/log_reader.h"
-#include "test/procedures/engine_bench.h"
+#include "test/procedures/engine/engine_bench.h"
 
 using namespace berth;
 

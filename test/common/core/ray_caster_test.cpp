@@ -7,7 +7,7 @@
 #include "common/core/random.h"
 #include "common/targets/target.h"
 #include "test/catch.h"
-#include "test/common/core/radarsat2.h"
+#include "test/common/targets/radarsat2.h"
 
 using namespace berth;
 

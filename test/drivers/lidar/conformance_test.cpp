@@ -12,7 +12,7 @@
 #include "drivers/simulated/lidar/simulated_lidar.h"
 #include "test/catch.h"
 #include "test/drivers/lidar/lidar_fixture.h"
-#include "test/drivers/lidar/wall_scene.h"
+#include "test/drivers/simulated/receiver/wall_scene.h"
 #include "test/free_port.h"
 
 using namespace berth;

@@ -12,7 +12,7 @@
 #include "lcmtypes/channels.h"
 #include "test/catch.h"
 #include "test/drivers/lidar/lidar_fixture.h"
-#include "test/drivers/lidar/wall_scene.h"
+#include "test/drivers/simulated/receiver/wall_scene.h"
 
 using namespace berth;
 using Catch::Matchers::Contains;

@@ -8,7 +8,7 @@
 #include "test/catch.h"
 #include "test/drivers/lidar/lidar_fixture.h"
 #include "test/drivers/lidar/messages.h"
-#include "test/drivers/lidar/wall_scene.h"
+#include "test/drivers/simulated/receiver/wall_scene.h"
 #include "test/free_port.h"
 #include "test/run_until.h"
 

@@ -1,214 +1,260 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <algorithm>
-#include <cmath>
-#include <fstream>
-#include <regex>
+#include "testbed/safety/safety.h"
 
-#include "common/core/file.h"
+#include "common/bus/loop.h"
+#include "common/core/lease.h"
 #include "test/catch.h"
-#include "test/common/core/temporary_directory.h"
-#include "test/testbed/safety/drill.h"
+#include "testbed/motion/arm_pair.h"
+#include "testbed/safety/arm_watch.h"
+#include "testbed/safety/estimate_watch.h"
 
-namespace berth::drills {
+namespace berth::testbed {
 namespace {
 
-using Catch::Matchers::Contains;
+using Level = SafetySupervisor::Level;
+using ArmState = SafetySupervisor::ArmState;
 
-TEST_CASE("every fault stops both arms in time and far enough apart, and they go on as promised") {
-  for (const Drill& drill : drills()) {
-    const Outcome outcome = run(drill, 1, 0.3);
-    INFO(drill.name << ": " << outcome.code << ": " << outcome.text);
-    CHECK(verdict(drill, outcome) == "");
+struct Watch {
+  SafetySupervisor supervisor{[] {
+    SafetySupervisor::Settings settings;
+    settings.watched_nodes = {"arm-driver-replica"};
+    return settings;
+  }()};
+  std::int64_t now = 1000000;
+
+  void all_well() {
+    for (const ArmRole role : both_arms)
+      supervisor.on_arm(role, {now, true, ArmState::running, ""});
+    supervisor.on_heartbeat("arm-driver-replica", now);
+    supervisor.on_facility(now, true, true, true, true, "");
   }
-}
+  Level level(bool engaged = true) { return supervisor.judge(now, {engaged, false}).level; }
+};
 
-TEST_CASE("with a fifth of all packets lost the arms hold or go on, and nothing else happens") {
-  World world({});
-  world.begin_move();
-  world.simulation.set_bus_loss(0.2);
-  int holds = 0;
-  bool held_before = false;
-  for (int i = 0; i < 200; ++i) {
-    world.run_for(0.1);
-    const bool holds_now = world.state.state == testbed_state_t::HOLDING;
-    holds += holds_now && !held_before ? 1 : 0;
-    held_before = holds_now;
-    INFO(world.state.reason);
-    REQUIRE((holds_now || world.state.state == testbed_state_t::MOVING ||
-             world.state.state == testbed_state_t::HELD ||
-             world.state.state == testbed_state_t::IDLE));
-    CHECK(world.lag() < radians(1.0));
+TEST_CASE("nothing moves before messages of every node have come") {
+  Watch watch;
+  CHECK(watch.level() == Level::not_ready);
+  for (const ArmRole role : both_arms) {
+    watch.supervisor.on_arm(role, {watch.now, true, ArmState::idle, ""});
+    CHECK(watch.level(false) == Level::not_ready);
   }
-  CHECK(holds > 0);
-  CHECK(world.min_clearance() > 0.1);
-  world.simulation.set_bus_loss(0);
-  world.run_for(1);
-  if (world.state.state == testbed_state_t::HELD) world.send(testbed_command2_t::RESUME);
-  CHECK(world.run_until([&] { return world.state.state == testbed_state_t::IDLE; }, 60));
+  watch.supervisor.on_facility(watch.now, false, true, true, true, "no answer");
+  CHECK(watch.level(false) == Level::not_ready);
+  watch.supervisor.on_facility(watch.now, true, true, true, true, "");
+  CHECK(watch.level(false) == Level::not_ready);
+  watch.supervisor.on_heartbeat("arm-driver-replica", watch.now);
+  CHECK(watch.level(false) == Level::good);
 }
 
-TEST_CASE("of two commanders the second is refused, and may stop all the same") {
-  World world({});
-  world.begin_move();
-  world.send(world.command(testbed_command2_t::TAKE_LEASE, "another"));
-  world.run_for(0.1);
-  CHECK_THAT(world.state.refusal, Contains("held by 'drill'"));
-  testbed_command2_t other = world.move_to({0, 0, 5000, 0, 0, 0}, 0.1);
-  other.commander = "another";
-  world.send(other);
-  world.run_for(0.2);
-  CHECK(world.state.refused_seq == other.seq);
-  CHECK(world.saw("command-refused"));
-  CHECK(world.state.state == testbed_state_t::MOVING);
-  CHECK(world.state.lease_holder == "drill");
-  world.send(world.command(testbed_command2_t::HOLD, "another"));
-  world.run_for(1.5);
-  CHECK(world.state.state == testbed_state_t::HELD);
-  CHECK_THAT(world.state.reason, Contains("another"));
-  CHECK(world.motion.back().speed[0] < 1e-6);
+TEST_CASE("silence holds after its limit, and only then") {
+  Watch watch;
+  watch.all_well();
+  CHECK(watch.level() == Level::good);
+  const std::int64_t received_at = watch.now;
+  watch.now = received_at + 150000;
+  CHECK(watch.level() == Level::good);
+  watch.now = received_at + 150001;
+  CHECK(watch.level() == Level::hold);
+  CHECK(watch.supervisor.judge(watch.now, {true, false}).code == "heartbeat-lost");
+  watch.supervisor.on_heartbeat("arm-driver-replica", watch.now);
+  CHECK(watch.supervisor.judge(watch.now, {true, false}).code == "arm-silent");
+  for (const ArmRole role : both_arms) {
+    watch.supervisor.on_arm(role, {watch.now, true, ArmState::running, ""});
+  }
+  CHECK(watch.level() == Level::good);
+  watch.supervisor.on_heartbeat("somebody else", watch.now - 10000000);
+  CHECK(watch.level() == Level::good);
 }
 
-TEST_CASE("yesterday's log, played into the live cell, moves nothing; its stops are stops") {
-  struct Message {
-    Utime after;
-    std::string channel;
-    std::vector<std::uint8_t> bytes;
+TEST_CASE("conditions that need a reset by hand outrank silence") {
+  Watch watch;
+  watch.all_well();
+  watch.supervisor.on_facility(watch.now, true, false, true, true, "");
+  watch.now += 10000000;
+  CHECK(watch.supervisor.judge(watch.now, {true, false}).code == "estop");
+  watch.all_well();
+  watch.supervisor.on_facility(watch.now, true, true, false, true, "");
+  CHECK(watch.supervisor.judge(watch.now, {true, false}).code == "fence");
+  watch.all_well();
+  watch.supervisor.on_arm(ArmRole::sensor, {watch.now, true, ArmState::fault, "SRVO-001"});
+  const auto verdict = watch.supervisor.judge(watch.now, {true, false});
+  CHECK(verdict.level == Level::fault);
+  CHECK_THAT(verdict.reason, Catch::Matchers::Contains("SRVO-001"));
+}
+
+TEST_CASE("a controller that does not run matters only while set-points flow") {
+  Watch watch;
+  watch.all_well();
+  watch.supervisor.on_arm(ArmRole::replica, {watch.now, true, ArmState::held, ""});
+  CHECK(watch.level(false) == Level::good);
+  CHECK(watch.level(true) == Level::held);
+}
+
+TEST_CASE("while the estimate steers, the sensor and the estimator are watched too") {
+  SafetySupervisor::Settings settings;
+  settings.watched_in_closed_loop = {"estimator"};
+  SafetySupervisor supervisor(settings);
+  Utime now = 1000 * second;
+  const auto code = [&](bool closed_loop) {
+    for (const ArmRole role : both_arms)
+      supervisor.on_arm(role, {now, true, ArmState::running, ""});
+    supervisor.on_facility(now, true, true, true, true, "");
+    return supervisor.judge(now, {true, closed_loop}).code;
   };
-  std::vector<Message> log;
-  {
-    World::Options options;
-    options.session = 76;
-    options.start -= 24 * 3600 * second;
-    World yesterday(options);
-    const Utime begin = yesterday.now();
-    yesterday.simulation.record([&](Utime t, const std::string& channel, Bytes bytes) {
-      log.push_back({t - begin, channel, {bytes.begin(), bytes.end()}});
-    });
-    yesterday.begin_move();
-    yesterday.inject("plc", "estop");
-    yesterday.run_for(1);
+  CHECK(code(false).empty());
+  CHECK(code(true) == "heartbeat-unknown");
+  supervisor.on_heartbeat("estimator", now);
+  CHECK(code(true).empty());
+  SECTION("silent estimator") {
+    now += 151 * millisecond;
+    CHECK(code(true) == "heartbeat-lost");
+    CHECK(code(false).empty());
   }
-  REQUIRE(log.size() > 1000);
-  World world({});
-  const Joints before[2] = {world.true_joints(ArmRole::replica),
-                            world.true_joints(ArmRole::sensor)};
-  const auto play = [&] {
-    const Utime begin = world.now();
-    for (const Message& message : log) {
-      world.simulation.run_until(begin + message.after);
-      world.replay(message.channel, message.bytes);
+  SECTION("a scan that stops half way, and one that is over") {
+    const auto wait = [&](Utime time) {
+      now += time;
+      supervisor.on_heartbeat("estimator", now);
+    };
+    supervisor.on_scan(now, true);
+    wait(25 * millisecond);
+    supervisor.on_scan(now, true);
+    wait(200 * millisecond);
+    CHECK(code(true).empty());
+    wait(1 * millisecond);
+    CHECK(code(true) == "scan-silent");
+    supervisor.on_scan(now, false);
+    wait(10 * second);
+    CHECK(code(true).empty());
+  }
+  SECTION("a slow LIDAR is not a silent one") {
+    const auto wait = [&](Utime time) {
+      now += time;
+      supervisor.on_heartbeat("estimator", now);
+    };
+    supervisor.on_scan(now, true);
+    wait(500 * millisecond);
+    supervisor.on_scan(now, true);
+    wait(1400 * millisecond);
+    CHECK(code(true).empty());
+    wait(200 * millisecond);
+    CHECK(code(true) == "scan-silent");
+  }
+  SECTION("a LIDAR that is gone") {
+    supervisor.on_lidar("no answer");
+    CHECK(code(true) == "lidar-lost");
+    CHECK(code(false).empty());
+    supervisor.on_lidar("");
+    CHECK(code(true).empty());
+  }
+}
+
+TEST_CASE("a PLC that does not answer holds at once, with its reason") {
+  Watch watch;
+  watch.all_well();
+  watch.supervisor.on_facility(watch.now, false, false, false, false, "no answer within 100 ms");
+  const auto verdict = watch.supervisor.judge(watch.now, {true, false});
+  CHECK(verdict.level == Level::hold);
+  CHECK_THAT(verdict.reason, Catch::Matchers::Contains("no answer within 100 ms"));
+}
+
+TEST_CASE("reports that cannot be") {
+  const auto arm = ArmKinematics::load("config/arms/m710ic_50.yaml");
+  ReportWatch watch("the arm", *arm);
+  ReportWatch::Report report;
+  report.utime = report.controller_time = 100 * second;
+  CHECK_FALSE(watch.check(report));
+  const auto next = [&](Utime later, std::size_t joint, double step) {
+    report.utime += later;
+    report.controller_time += later;
+    report.joints[joint] += step;
+    return watch.check(report);
+  };
+  SECTION("as fast as the motors can is believed, on any grid of time") {
+    for (const Utime later : {8 * millisecond, 16 * millisecond, 500 * millisecond}) {
+      for (std::size_t i = 0; i < 6; ++i) {
+        const double step = arm->limits()[i].speed * seconds(later);
+        // joint 3 of the pendant moves its motor together with joint 2
+        CHECK_FALSE(next(later, i, (i == 1 || i == 2) ? 0.5 * step : step));
+      }
     }
-    world.run_for(1);
+  }
+  SECTION("further is not") {
+    for (std::size_t i = 0; i < 6; ++i) {
+      const auto wrong = next(8 * millisecond, i, 0.15);
+      REQUIRE(wrong);
+      CHECK(wrong->code == "arm-jumped");
+    }
+  }
+  SECTION("after a long silence the way is not judged") { CHECK_FALSE(next(5 * second, 0, 1.5)); }
+  SECTION("a clock that goes back") {
+    report.controller_time = 0;
+    report.utime += 8 * millisecond;
+    const auto wrong = watch.check(report);
+    REQUIRE(wrong);
+    CHECK(wrong->code == "arm-restarted");
+    CHECK_FALSE(next(8 * millisecond, 0, 0));
+  }
+}
+
+TEST_CASE("an estimate is measured against truth of its time, with the uncertainty of both") {
+  EstimateWatch watch({0.1, 0.01});
+  Truth truth;
+  truth.covariance = 1e-6 * Matrix6d::Identity();
+  for (int i = 0; i < 1000; ++i) {  // the replica comes nearer at 100 mm/s
+    truth.utime = 100 * second + i * 8 * millisecond;
+    truth.pose.position = Vector3d(0, 0, 5 - 0.0008 * i);
+    watch.on_truth(truth);
+  }
+  const auto wrong_by = [&](double away, double sigma) {
+    EstimateWatch::Position estimate;
+    estimate.utime = truth.utime - second;
+    estimate.position = Vector3d(0, away, truth.pose.position.z() + 0.1);
+    estimate.covariance = sigma * sigma * Matrix3d::Identity();
+    watch.on_estimate(estimate);
+    return watch.contradiction().has_value();
   };
-  SECTION("while it stands") {
-    play();
-    CHECK(world.true_joints(ArmRole::replica) == before[0]);
-    CHECK(world.true_joints(ArmRole::sensor) == before[1]);
-    CHECK(world.saw("command-of-another-session"));
-    CHECK(world.state.state == testbed_state_t::IDLE);
-    CHECK(world.cell().plc().estop_closed());
-  }
-  SECTION("while it moves: it is held by name, and goes on when it is resumed") {
-    world.begin_move();
-    play();
-    CHECK(world.saw("unusual-stop"));
-    CHECK(world.state.state == testbed_state_t::HELD);
-    CHECK(world.motion.back().speed[0] < 1e-6);
-    world.send(testbed_command2_t::RESUME);
-    CHECK(world.run_until([&] { return world.state.state == testbed_state_t::IDLE; }, 60));
-    CHECK(distance(world.cell().true_relative_pose(world.now()),
-                   pose_from_xyzwpr({200, -150, 4200, 5, 15, -10})) < 1e-3);
+  CHECK_FALSE(wrong_by(0.10, 0.005));
+  CHECK(wrong_by(0.13, 0.005));
+  CHECK_FALSE(wrong_by(0.13, 0.02));  // its covariance covers it
+  CHECK(wrong_by(0.5, 0.02));
+  watch.forget();
+  CHECK_FALSE(watch.contradiction());
+  SECTION("truth of another time is not used") {
+    EstimateWatch::Position estimate;
+    estimate.utime = truth.utime + second;
+    watch.on_estimate(estimate);
+    CHECK_FALSE(watch.contradiction());
   }
 }
 
-TEST_CASE("arms that follow stay well within the lag that is allowed") {
-  for (const double speed : {0.05, 0.2, 0.5}) {
-    World world({});
-    world.begin_move(speed);
-    REQUIRE(world.run_until([&] { return world.state.state == testbed_state_t::IDLE; }, 60));
-    CHECK(world.max_lag < radians(0.3));  // of 1 deg
-  }
+TEST_CASE("where arms would stand: a reaction further, and the way to brake") {
+  const Cell cell = load_cell("config/layouts/range.yaml", load_target("radarsat2", 0));
+  ArmPair before{cell.replica.home, cell.sensor.home};
+  ArmPair now = before;
+  now.replica[0] += 0.02;
+  const ArmPair place = stopping_place(cell, before, now, 0.1, 0.1);
+  const double a = cell.replica.kinematics->limits()[0].acceleration;
+  CHECK(place.replica[0] - now.replica[0] == Approx(0.2 * 0.1 + 0.2 * 0.2 / (2 * a)));
+  CHECK(place.sensor == now.sensor);
+  CHECK(place.replica[1] == now.replica[1]);
 }
 
-TEST_CASE("arms whose controllers have another dead time than the nominal one follow, too") {
-  const TemporaryDirectory directory;
-  World::Options options;
-  options.config = directory.path() / "config";
-  std::filesystem::copy("config", options.config, std::filesystem::copy_options::recursive);
-  const std::string dead_time = GENERATE("dead_time: 20 ms", "dead_time: 400 ms");
-  std::ofstream(options.config / "simulation.yaml") << std::regex_replace(
-      read_file("config/simulation.yaml"), std::regex("dead_time: 150 ms"), dead_time);
-  World world(options);
-  world.keep_lease();
-  world.run_for(0.5);
-  world.move(0.5);
-  REQUIRE(world.run_until([&] { return world.state.state == testbed_state_t::MOVING; }, 5));
-  REQUIRE(world.run_until([&] { return world.state.state != testbed_state_t::MOVING; }, 60));
-  INFO(world.state.reason);
-  CHECK(world.state.state == testbed_state_t::IDLE);
-  // by the nominal dead time it would have strayed
-  if (dead_time == "dead_time: 400 ms") CHECK(world.max_lag > radians(1.0));
-  REQUIRE(world.latency.seq > 0);
-  CHECK(world.latency.latency_s ==
-        Approx(dead_time == "dead_time: 400 ms" ? 0.4 : 0.02).margin(0.02));
-  CHECK(world.latency.nominal_s == Approx(0.15));
-  SECTION("and are stopped when they run away") {
-    world.send(world.move_to({0, 0, 5000, 0, 0, 0}, 0.2));
-    world.run_for(3);
-    REQUIRE(world.state.state == testbed_state_t::MOVING);
-    world.inject("arm-replica", "runaway", 0.3);
-    const Utime begin = world.now();
-    REQUIRE(world.run_until([&] { return world.saw("arm-strays"); }, 2));
-    CHECK(world.now() - begin < 300 * millisecond);
-  }
-}
-
-TEST_CASE("arms that would come too near stop before they are") {
-  double wide = 0;
-  double narrow = 0;
-  {
-    World world({});
-    wide = world.min_clearance();
-    world.begin_move(0.2);
-    REQUIRE(world.run_until([&] { return world.state.state == testbed_state_t::IDLE; }, 60));
-    narrow = world.min_clearance();
-  }
-  REQUIRE(narrow < wide - 0.003);
-  const double limit = 0.5 * (narrow + wide);
-  // A limit that this motion breaks, as if its path had been checked with another one.
-  const TemporaryDirectory directory;
-  World::Options options;
-  options.config = directory.path() / "config";
-  std::filesystem::copy("config", options.config, std::filesystem::copy_options::recursive);
-  std::ofstream(options.config / "testbed.yaml")
-      << std::regex_replace(read_file("config/testbed.yaml"), std::regex("min_clearance: 50 mm"),
-                            "min_clearance: " + std::to_string(1e3 * limit) + " mm");
-  World world(options);
-  world.keep_lease();
-  world.run_for(0.5);
-  world.move(GENERATE(0.05, 0.2, 0.5));
-  REQUIRE(world.run_until([&] { return world.saw("too-near"); }, 60));
-  world.run_for(2);
-  CHECK(world.state.state == testbed_state_t::HELD);
-  CHECK_THAT(world.state.reason, Contains("come nearer than"));
-  CHECK(world.motion.back().speed[0] < 1e-6);
-  CHECK(world.min_clearance() > limit);
-}
-
-TEST_CASE("an approach does not begin by an estimate that truth contradicts") {
-  World::Options options;
-  options.estimator = true;
-  World world(options);
-  world.estimate_falsely({0.4, 0, 0});
-  world.run_for(2);
-  world.send(testbed_command2_t::TAKE_LEASE);
-  world.run_for(0.1);
-  world.approach();
-  world.run_for(0.5);
-  CHECK_THAT(world.state.refusal, Contains("away from ground truth"));
-  CHECK(world.saw("estimate-wrong"));
-  CHECK(world.state.state == testbed_state_t::IDLE);
+TEST_CASE("the lease is held by one commander, while its messages come") {
+  Lease lease(2000000);
+  CHECK_FALSE(lease.held(0));
+  CHECK(lease.take("a", 0));
+  CHECK_FALSE(lease.take("b", 1000000));
+  CHECK_FALSE(lease.keep("b", 1000000));
+  CHECK_FALSE(lease.release("b", 1000000));
+  CHECK(lease.keep("a", 1500000));
+  CHECK_FALSE(lease.lapse(3500000));
+  CHECK(lease.lapse(3500001));
+  CHECK_FALSE(lease.lapse(3500002));
+  CHECK_FALSE(lease.keep("a", 3500003));
+  CHECK(lease.take("b", 3500004));
+  CHECK(lease.release("b", 3500005));
+  CHECK(lease.take("a", 3500006));
 }
 
 }  // namespace
-}  // namespace berth::drills
+}  // namespace berth::testbed
