@@ -4,7 +4,7 @@
 . "$(dirname "$0")/common.sh"
 
 expect 0 "$bin/berth" --help
-says "run"
+prints "run"
 verbs=$(sed -n '/^Subcommands:/,$s/^  \([a-z][a-z-]*\)  .*/\1/p' "$work/out.txt")
 [ "$(wc -w <<<"$verbs")" -gt 20 ] || fail "berth --help lists no more verbs than: $verbs"
 for verb in $verbs; do expect 0 "$bin/berth" $verb --help; done
@@ -16,48 +16,48 @@ done
 cp -r config "$work/nobody"
 sed -i 's/127\.0\.0\.1:150/127.0.0.1:1/' "$work/nobody/devices.yaml"
 expect 2 "$bin/berth" doctor --hardware --seconds 1 --config "$work/nobody"
-says "replica arm connection 127.0.0.1:121: no answer"
-says "127.0.0.1:124: no answer"
+prints "replica arm connection 127.0.0.1:121: no answer"
+prints "127.0.0.1:124: no answer"
 expect 2 "$bin/berth" doctor --hardware --seconds 1 --layout nowhere
-says "nowhere"
+prints "nowhere"
 expect 2 "$bin/berth" doctor --layout range
 expect 2 "$bin/berth"
 expect 2 "$bin/berth" fly
-says "found 'fly', which is no command"
+prints "found 'fly', which is no command"
 expect 2 "$bin/berth" estimat --help
-says "did you mean 'estimate'?"
+prints "did you mean 'estimate'?"
 expect 2 "$bin/berth" log chekc --help
-says "berth log: found 'chekc', which is no command; did you mean 'check'?"
+prints "berth log: found 'chekc', which is no command; did you mean 'check'?"
 expect 2 "$bin/berth" run nowhere.yaml --twin --out "$work"
-says "nowhere.yaml"
+prints "nowhere.yaml"
 expect 2 "$bin/berth" run procedures/approach.yaml --twin --out "$work" --target nothing.ply
-says "nothing.ply"
+prints "nothing.ply"
 expect 2 "$bin/berth" run procedures/approach.yaml --twin --out "$work" --set nonsense=1
-says "nonsense"
+prints "nonsense"
 expect 2 "$bin/berth" run procedures/approach.yaml --out "$work" --lcm-url tcpq://localhost:7700
-says "tcpq"
+prints "tcpq"
 expect 0 "$bin/berth" config describe
-says "config/lidars/*.yaml"
+prints "config/lidars/*.yaml"
 expect 0 "$bin/berth" config describe lidar
-says "beam.range_sigma"
+prints "beam.range_sigma"
 expect 0 "$bin/berth" config describe config/lidars/ilris_3d.yaml
-says "ILRIS-3D"
+prints "ILRIS-3D"
 expect 2 "$bin/berth" config describe lidra
-says "found 'lidra', expected a file or one of: "
+prints "found 'lidra', expected a file or one of: "
 expect 0 "$bin/berth" check procedures
-says "0 with errors"
+prints "0 with errors"
 expect 0 "$bin/berth" check --schema
 cmp "$work/out.txt" procedures/schema.json || fail "the schema shipped is another one"
 printf 'name: x\nsteps:\n  - moove: {to: [0, 0, 1, 0, 0, 0]}\n' >"$work/bad.yaml"
 expect 2 "$bin/berth" check "$work/bad.yaml"
-says "bad.yaml:3"
+prints "bad.yaml:3"
 for key in layout target; do
   printf 'name: x\n%s: nowhere\nsteps:\n  - wait: 1 s\n' $key >"$work/bad.yaml"
   expect 2 "$bin/berth" check "$work/bad.yaml"
-  says "bad.yaml:2: key '$key'"
+  prints "bad.yaml:2: key '$key'"
 done
 expect 2 "$bin/berth" run --twin --layout nowhere procedures/approach.yaml
-says "--layout: found 'nowhere', expected one of"
+prints "--layout: found 'nowhere', expected one of"
 
 # All files are checked, the others too when one is bad; a run is refused before anything starts.
 cat >"$work/far.yaml" <<'END'
@@ -67,20 +67,20 @@ steps:
   - move: {to: [0, 0, 9000, 0, 0, 0], speed: 100 mm/s}
 END
 expect 2 "$bin/berth" check "$work/bad.yaml" "$work/far.yaml" procedures/approach.yaml
-says "3 procedures, 1 ready, 2 with errors"
+prints "3 procedures, 1 ready, 2 with errors"
 expect 2 "$bin/berth" check --json "$work/far.yaml"
 refusal=$(sed -n 's/^ *"found": "\(the testbed refuses: .*\)",$/\1/p' "$work/out.txt")
 [ -n "$refusal" ] || fail "check does not refuse the move"
 expect 2 "$bin/berth" run --twin --out "$work/far" "$work/far.yaml"
-says "far.yaml:4: error: step 'move': $refusal"
+prints "far.yaml:4: error: step 'move': $refusal"
 [ ! -e "$work/far" ] || fail "something was started"
-# The testbed of the twin says the same, word for word.
+# The testbed of the twin refuses in the same words.
 expect 2 "$bin/berth" run --twin --no-check --out "$work/far" "$work/far.yaml"
-says "step 'move': $refusal"
+prints "step 'move': $refusal"
 expect 2 "$bin/berth" run --out "$work" procedures/approach.yaml --answer a=b
-says "--answer is for --twin"
+prints "--answer is for --twin"
 expect 2 "$bin/berth" attach
-says "nothing is running"
+prints "nothing is running"
 expect 2 "$bin/berth" compare "$work"
 echo "not a log" >"$work/bad.lcm"
 expect 2 "$bin/berth" compare "$work/bad.lcm"
@@ -97,7 +97,7 @@ END
 expect 0 "$bin/berth" run --twin --out "$work/ask" "$work/ask.yaml" --answer clear=yes
 expect 1 "$bin/berth" run --twin --out "$work/ask" "$work/ask.yaml" --answer clear=no
 expect 2 "$bin/berth" run --twin --out "$work/ask" "$work/ask.yaml"
-says "TIMEOUT"
+prints "TIMEOUT"
 
 # What is shipped is found from any directory; what lies there goes before.
 mkdir -p "$work/elsewhere/procedures"
@@ -106,7 +106,7 @@ programs=$(cd "$bin" && pwd)
 echo "steps: []" >"$work/elsewhere/procedures/track_static.yaml"
 (cd "$work/elsewhere" && expect 2 "$programs/berth" check procedures/track_static.yaml)
 
-# ./berth says at once that another one builds in the same folder, then goes on.
+# ./berth reports at once that another one builds in the same folder, then goes on.
 tree=$work/tree
 mkdir -p "$tree/cmake/packages" "$tree/build/release/bin" "$work/path"
 cp berth "$tree/"
@@ -120,7 +120,7 @@ echo 4711 >"$tree/build/release/.lock"
 PATH=$work/path:$PATH "$tree/berth" check >"$work/out.txt" 2>&1 8>&- &
 waiting=$!
 for _ in $(seq 100); do grep -q waiting "$work/out.txt" && break; sleep 0.1; done
-says "waiting for another build in this folder (process 4711) to end"
+prints "waiting for another build in this folder (process 4711) to end"
 exec 8>&-
 wait $waiting || fail "./berth did not go on"
-says "built check"
+prints "built check"

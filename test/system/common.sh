@@ -22,14 +22,14 @@ expect() {
   [ "$code" = "$wanted" ] || { cat "$work/out.txt"; fail "exit code $code, expected $wanted: $*"; }
 }
 
-# says TEXT: the last output must hold it.
-says() { grep -qF -- "$1" "$work/out.txt" || { cat "$work/out.txt"; fail "nothing said of: $1"; }; }
+# prints TEXT: the last output must contain it.
+prints() { grep -qF -- "$1" "$work/out.txt" || { cat "$work/out.txt"; fail "not in the output: $1"; }; }
 
 only_run() { ls -d "$1"/*/ | head -1; }
 
 now() { echo $(($(date +%s%N) / 1000)); }
 
-# watch_machine: from now on it is noted when this machine lets a process sleep 20 ms longer than it asked for.
+# watch_machine: from now on it is noted when this machine lets a process sleep 20 ms longer than requested.
 watch_machine() {
   python3 - "$work/late.txt" <<'PYTHON' &
 import sys, time

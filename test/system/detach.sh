@@ -36,15 +36,15 @@ run=$(only_run "$work/runs")
 
 # A script commands it; what cannot be is refused with the reason.
 expect 2 "$bin/berth" command hodl
-says "expected one of: abort, answer, hold"
+prints "expected one of: abort, answer, hold"
 expect 2 "$bin/berth" command skip
 expect 2 "$bin/berth" command answer clear yes
-says "no prompt is open"
+prints "no prompt is open"
 expect 0 "$bin/berth" command "$run" hold
 # not before the arms have come to rest
 wait_until 20 "$bin/berth" command "$run" resume 2>"$work/out.txt" || { cat "$work/out.txt"; fail "no resume"; }
 expect 2 "$bin/berth" command resume
-says "nothing is held"
+prints "nothing is held"
 
 # Another terminal: an observer sends nothing, an operator holds, leaves, comes back and aborts.
 in_terminal "$work/two.txt" "$bin/berth attach --observe"

@@ -4,7 +4,7 @@
 
 Of each block ```sh or ```console of README.md, CONTRIBUTING.md, examples/README.md, the pages in the
 order of docs/README.md and those of docs/howto. A comment before the block has a line for each of its commands:
-    CODE says TEXT     exit code (or several: 0|1), and what its output must hold
+    CODE prints TEXT   exit code (or several: 0|1), and what its output must contain
     CODE file PATTERN  exit code, and a file that it must make
     howto: CODE ...    what the nightly test howto.py does
     not run: REASON    needs hardware, real time, another machine
@@ -26,7 +26,7 @@ from pathlib import Path
 HOME = Path.cwd()
 BLOCK = re.compile(r"^( *)```(\w*)\n(.*?)^ *```$", re.S | re.M)
 MARK = re.compile(r"<!-- (?:commands\n)?((?:(?!-->).)*?)\s*-->\s*\Z", re.S)
-LINE = re.compile(r"(howto: )?\d(\|\d)* (says .+|file \S+)|not run: .+")
+LINE = re.compile(r"(howto: )?\d(\|\d)* (prints .+|file \S+)|not run: .+")
 SHELL = ("sh", "console")
 
 
@@ -168,8 +168,8 @@ def judge(homes, home, command, expectation):
     output = done.stdout
     if str(done.returncode) not in code.split("|"):
         return f"exit code {done.returncode}, expected {code}\n{output[-2000:]}"
-    if kind == "says" and expected not in output:
-        return f"its output does not hold '{expected}'\n{output[-2000:]}"
+    if kind == "prints" and expected not in output:
+        return f"its output does not contain '{expected}'\n{output[-2000:]}"
     written = glob.glob(str(home / expected)) if kind == "file" else []
     if kind == "file" and all(before.get(path) == os.stat(path).st_mtime_ns for path in written):
         return f"makes no file {expected}\n{output[-2000:]}"

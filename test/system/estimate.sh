@@ -22,7 +22,7 @@ echo "1 2 three" >"$work/bad.xyz"
 printf '%s\n' 'nan nan nan' '0 0 0' '1 2 9' >"$work/few.xyz"
 
 estimate 0 --target radarsat2 "$work/a.ptx" "$work/b.xyz" "$work/c d.xyz"
-says "compiling radarsat2"
+prints "compiling radarsat2"
 is "$(field status)" "ok ok ok"
 is "$(wc -l <"$work/json")" 3
 # x within 20 mm of the truth, in all
@@ -31,8 +31,8 @@ sed 's/.*"xyzwpr":\[\([^]]*\)\].*/\1/' "$work/json" |
 
 # A bad file is told on stderr and by an object of its own; the others go on. The model is compiled once.
 estimate 2 --target radarsat2 "$work/bad.xyz" "$work/few.xyz" "$work/nowhere.pcd" "$work/a.ptx"
-says "bad.xyz:1: found 'three' for z, expected a number"
-says "nowhere.pcd: no such file"
+prints "bad.xyz:1: found 'three' for z, expected a number"
+prints "nowhere.pcd: no such file"
 ! grep -q compiling "$work/out.txt" || fail "compiled again"
 is "$(field status)" "error lost error ok"
 grep -q '"not_finite":1,"at_sensor":1' "$work/json" || fail "dropped points are not counted"
@@ -66,14 +66,14 @@ grep -q 'lost when tracked from the initial pose' "$work/json" || { cat "$work/j
 estimate 2 --target radarsat2
 estimate 2 "$work/a.ptx"
 estimate 2 --target nothing.stl "$work/a.ptx"
-says "nothing.stl"
+prints "nothing.stl"
 printf 'v 0 0 0\nv 3 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n' >"$work/half.obj"
 estimate 2 --target "$work/half.obj" "$work/a.ptx"
-says "half.obj:5: vertex 4 does not exist"
+prints "half.obj:5: vertex 4 does not exist"
 estimate 2 --target radarsat2 --initial 1,2,3 "$work/a.ptx"
 estimate 2 --target radarsat2 --length -3 "$work/a.ptx"
 estimate 2 --target radarsat2 --noise '5 kg' "$work/a.ptx"
-says "--noise: found '5 kg', expected a length"
+prints "--noise: found '5 kg', expected a length"
 estimate 2 --target radarsat2 --gate 5,4 "$work/a.ptx"
-says "--gate"
+prints "--gate"
 estimate 2 --target radarsat2 --config nowhere "$work/a.ptx"

@@ -9,7 +9,7 @@ sed '/brought to rest/d; /- move:/d; /start:/d; s/settle: 5/settle: 2/; s/for 3 
 gnc=$!
 expect 0 "$bin/berth" run --no-console --out "$work/runs" --lcm-url "$url" --set reached="5.47 m" "$work/begun.yaml"
 kill $gnc
-says "verdict: PASS"
+prints "verdict: PASS"
 grep -q '^target at' "$work/gnc.txt" || fail "the GNC received no estimate: $(cat "$work/gnc.txt")"
 "$bin/berth" log export --csv "$work/csv" --channels GUIDANCE_SETPOINT "$(only_run "$work/runs")" >/dev/null
 [ "$(wc -l <"$work/csv/GUIDANCE_SETPOINT.csv")" -gt 10 ] || fail "its set-points are not in the log"

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# All processes of a run die at once, as in a power cut: what was recorded is judged, listed, and says what is missing.
+# All processes of a run die at once, as in a power cut: what was recorded is judged, listed, and what is missing is reported.
 . "$(dirname "$0")/common.sh"
 
 "$bin/berth" run --detach --no-check --out "$work/runs" --lcm-url "$url" procedures/track_static.yaml >"$work/run.txt" 2>&1
@@ -11,17 +11,17 @@ for _ in $(seq 300); do
   sleep 0.2
 done
 expect 0 "$bin/berth" runs "$work/runs"
-says "RUNNING"
+prints "RUNNING"
 pkill -KILL -f "$work/runs"
 for file in run.yaml procedure.yaml manifest.json types/pose_estimate_t.lcm config/testbed.yaml; do
   [ -s "$run/$file" ] || fail "$file is missing"
 done
 expect 2 "$bin/berth" compare --measurements "$run"
-says "the log ends before the procedure did"
-says "position_error"
+prints "the log ends before the procedure did"
+prints "position_error"
 expect 0 "$bin/berth" runs "$work/runs"
-says "UNFINISHED"
-says "ended without a verdict"
+prints "UNFINISHED"
+prints "ended without a verdict"
 expect 2 "$bin/berth" runs --verify "$work/runs"
 
 # The twin, too, leaves what it had recorded.
@@ -33,4 +33,4 @@ for _ in $(seq 300); do
 done
 kill -KILL $twin
 expect 2 "$bin/berth" compare "$(only_run "$work/twin")"
-says "the log ends before the procedure did"
+prints "the log ends before the procedure did"

@@ -5,17 +5,17 @@
 address=127.0.0.1:$port
 
 expect 2 "$bin/berth" lidar test "$address"
-says "no answer from $address"
+prints "no answer from $address"
 expect 2 "$bin/berth" lidar test nowhere
 
 "$bin/../examples/lidar_bridge" "$address" >"$work/bridge.txt" &
 bridge=$!
 for _ in $(seq 100); do grep -q listening "$work/bridge.txt" && break; sleep 0.1; done
 expect 0 "$bin/berth" lidar test "$address"
-says "Stub S1 0001, version 2"
-says " 0 failed"
-# A second one finds the port taken, and says so.
+prints "Stub S1 0001, version 2"
+prints " 0 failed"
+# A second one finds the port taken, and reports it.
 expect 2 "$bin/../examples/lidar_bridge" "$address"
-says "cannot be listened on"
+prints "cannot be listened on"
 kill $bridge
 wait $bridge || fail "the bridge does not end in peace"

@@ -9,20 +9,20 @@ a=$(only_run "$work/a")
 b=$(only_run "$work/b")
 
 expect 0 "$bin/berth" log check "$a"
-says "ok"
+prints "ok"
 expect 0 "$bin/berth" log info "$a"
-says "ground_truth_t"
+prints "ground_truth_t"
 expect 0 "$bin/berth" log info --json "$a"
-says '"sound": true'
+prints '"sound": true'
 
 # Damage in the middle and a tail cut off.
 size=$(stat -c %s "$a/run.lcm")
 head -c $((size - 7)) "$a/run.lcm" >"$work/bad.lcm"
 printf 'rubbish rubbish rubbish' | dd of="$work/bad.lcm" bs=1 seek=$((size / 2)) conv=notrunc status=none
 expect 1 "$bin/berth" log check "$work/bad.lcm"
-says "byte"
+prints "byte"
 expect 0 "$bin/berth" log repair "$work/bad.lcm" "$work/mended.lcm"
-says "left out"
+prints "left out"
 expect 0 "$bin/berth" log check --ignore-gaps "$work/mended.lcm"
 expect 2 "$bin/berth" log repair "$work/bad.lcm" "$work/mended.lcm"
 
@@ -30,14 +30,14 @@ expect 0 "$bin/berth" log cut "$a" --from 5 --to "10 s" --out "$work/cut.lcm"
 expect 0 "$bin/berth" log check "$work/cut.lcm"
 expect 0 "$bin/berth" log cut "$a" --from run --to run --keep 'RUN_INFO|PROCEDURE_STATE' --out "$work/phase.lcm"
 expect 2 "$bin/berth" log cut "$a" --from nowhere --out "$work/none.lcm"
-says "acquire"
+prints "acquire"
 expect 0 "$bin/berth" log filter "$a" --exclude 'ARM_.*|HEARTBEAT' --out "$work/filtered.lcm"
 expect 0 "$bin/berth" log check "$work/filtered.lcm"
 expect 1 "$bin/berth" log diff "$a" "$work/filtered.lcm"
 expect 0 "$bin/berth" log diff "$a" "$work/filtered.lcm" --channels 'GROUND_TRUTH|POSE_ESTIMATE'
 expect 0 "$bin/berth" log diff "$a" "$a"
 expect 1 "$bin/berth" log diff "$a" "$b" --ignore-times
-says "DIFFERENT"
+prints "DIFFERENT"
 
 expect 0 "$bin/berth" log export "$a" --csv "$work/csv" --clouds "$work/clouds" --mcap "$work/run.mcap"
 head -1 "$work/csv/GROUND_TRUTH.csv" | grep -qF 'position_m[0] [m]' || fail "no units in the header"
@@ -55,9 +55,9 @@ expect 1 "$bin/berth" log check "$work/text.lcm"
 expect 2 "$bin/berth" log check "$work/nowhere.lcm"
 printf 'struct t {\n int8_t a\n}' >"$work/bad_type.lcm"
 expect 2 "$bin/berth" log info "$a" --types "$work/bad_type.lcm"
-says "bad_type.lcm:3"
+prints "bad_type.lcm:3"
 
 # A run's own types are used, and the shipped ones where they cannot be.
 printf 'struct t {\n int8_t a\n}' >"$a/types/bad.lcm"
 expect 0 "$bin/berth" log info "$a"
-says "types/bad.lcm:3"
+prints "types/bad.lcm:3"

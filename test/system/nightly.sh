@@ -38,7 +38,7 @@ out=$work/nightly
 nightly() { "$bin/berth" nightly "$work/plan.yaml" --out "$out" "$@"; }
 
 expect 0 nightly --night first
-says "CLEAN"
+prints "CLEAN"
 grep -q '"verdict": "clean"' "$out/first/summary.json" || fail "no verdict in summary.json"
 grep -q '<testsuite ' "$out/first/results.xml" || fail "no JUnit"
 grep -q CLEAN "$out/first/notified.txt" || fail "nobody was notified"
@@ -53,23 +53,23 @@ while read -r line; do
 done <"$work/progress"
 wait $night 2>/dev/null || true
 expect 0 nightly
-says "night second was interrupted: resumed"
+prints "night second was interrupted: resumed"
 grep -q "^night second: [1-5] runs" "$work/out.txt" || fail "finished runs were run again"
-says "9 of 9 runs"
+prints "9 of 9 runs"
 [ "$(grep -c '"case": "look"' "$out/second/summary.json")" = 10 ] || fail "not nine runs in the summary"
 
 # The same build on the same seeds differs in nothing; a baseline that crashes is told, and ends nothing.
 printf '#!/bin/sh\n[ "$1" = --version ] && echo broken && exit 0\nkill -SEGV $$\n' >"$work/broken"
 chmod +x "$work/broken"
 expect 0 nightly --night third --baseline "$work/broken"
-says "ERROR look seed 1 (baseline)"
-says ", 0 changes"
+prints "ERROR look seed 1 (baseline)"
+prints ", 0 changes"
 
 # A slower estimator is a regression, and is until it is accepted.
 cp -r config "$work/slow"
 sed -i 's/estimator: 30 ms/estimator: 60 ms/' "$work/slow/twin.yaml"
 expect 1 nightly --night fourth --config "$work/slow"
-says "REGRESSION"
+prints "REGRESSION"
 grep -q '<failure' "$out/fourth/results.xml" || fail "no failure in the JUnit report"
 expect 0 "$bin/berth" nightly --out "$out" --accept fourth
 expect 0 nightly --night fifth --config "$work/slow"
@@ -79,20 +79,20 @@ mkdir "$work/archive"
 cp -r $(ls -d "$out"/*/runs/*/ | grep -v baseline | head -2) "$work/archive"
 sed 's/seeds: .*/seeds: {fixed: 1}\narchive: {runs: archive}/' "$work/plan.yaml" >"$work/archived.yaml"
 expect 0 "$bin/berth" nightly "$work/archived.yaml" --out "$work/archived" --night again
-says "archive, estimated again: 2 runs, 0 changes"
-says "no difference"
+prints "archive, estimated again: 2 runs, 0 changes"
+prints "no difference"
 sed -i 's/archive}/archive, config: published.yaml}/' "$work/archived.yaml"
 cp config/estimator_paper.yaml "$work/published.yaml"
 expect 0 "$bin/berth" nightly "$work/archived.yaml" --out "$work/archived" --night published
-says "archive, estimated again: 2 runs"
+prints "archive, estimated again: 2 runs"
 grep -q '"estimates_same": 0' "$work/archived/published/summary.json" || fail "the archive's configuration was not used"
 echo nothing >"$(ls -d "$work"/archive/*/run.lcm* | head -1)"
 expect 2 "$bin/berth" nightly "$work/archived.yaml" --out "$work/archived" --night spoilt
-says "it holds no scans to estimate from"
+prints "it holds no scans to estimate from"
 mkdir "$work/archive/empty"
 expect 2 "$bin/berth" nightly "$work/archived.yaml" --out "$work/archived" --night none
-says "ERROR: berth reestimate"
+prints "ERROR: berth reestimate"
 
 expect 2 "$bin/berth" nightly "$work/none.yaml" --out "$out"
 expect 2 nightly --night fifth
-says "there is one of that name"
+prints "there is one of that name"

@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 # A GNC that is no part of Berth steers the cell of processes over real UDP; without one the chaser stays, and the run
-# says so. Called with the directory of the programs and the example.
+# reports it. Called with the directory of the programs and the example.
 . "$(dirname "$0")/common.sh"
 gnc=$2
 
 "$gnc" --lcm-url "$url" >"$work/gnc.txt" 2>&1 &
 outside=$!
 expect 0 "$bin/berth" run --no-console --out "$work/steered" --lcm-url "$url" procedures/outside_gnc.yaml
-says "verdict: PASS"
+prints "verdict: PASS"
 kill $outside
 [ "$(grep -c '^target at' "$work/gnc.txt")" -ge 5 ] || fail "the GNC saw nothing: $(cat "$work/gnc.txt")"
 head -1 "$work/gnc.txt"

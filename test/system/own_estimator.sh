@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# An estimator that is no part of Berth flies the twin and the cell of processes; the log says whose estimates it holds.
+# An estimator that is no part of Berth flies the twin and the cell of processes; the log names the estimator.
 # Called with the directory of the programs, the example's library and program, a library of another version, and one
 # that is no estimator.
 . "$(dirname "$0")/common.sh"
@@ -41,7 +41,7 @@ expect 0 "$bin/berth" run --twin --estimator "$library" --out "$work/again" "$wo
 cmp "$run/run.lcm" "$(only_run "$work/again")/run.lcm" || fail "one seed, two logs"
 # Berth's own estimator over its scans: comparable, and named no more.
 expect 0 "$bin/berth" reestimate "$run" --out "$work/ours"
-says "position_error rms"
+prints "position_error rms"
 expect 0 "$bin/berth" report "$(only_run "$work/ours")" --html "$work/ours.html"
 ! grep -q "<dt>estimator</dt>" "$work/ours.html" || fail "re-estimated, and the report names another"
 
@@ -51,23 +51,23 @@ for source in truth estimate; do
   [ "$(ls "$work/$source")" = session_1_merged.ply ] || fail "by $source: $(ls "$work/$source")"
 done
 expect 2 "$bin/berth" log export "$run" --clouds "$work/bad" --merge
-says "expected --frame model"
+prints "expected --frame model"
 expect 2 "$bin/berth" log export "$run" --clouds "$work/bad" --frame model
-says "belong together"
+prints "belong together"
 
 # What cannot be flown by.
 expect 2 "$bin/berth" run --twin --estimator "$work/nowhere.so" --out "$work/bad" "$work/look.yaml"
-says "nowhere.so: no such file; expected a shared library"
+prints "nowhere.so: no such file; expected a shared library"
 expect 2 "$bin/berth" run --twin --estimator "$program" --out "$work/bad" "$work/look.yaml"
-says "not a shared library"
+prints "not a shared library"
 expect 2 "$bin/berth" run --twin --estimator "$none" --out "$work/bad" "$work/look.yaml"
-says "exports no function 'berth_estimator_plugin'"
+prints "exports no function 'berth_estimator_plugin'"
 expect 2 "$bin/berth" run --twin --estimator "$old" --out "$work/bad" "$work/look.yaml"
-says "is of interface version 2, expected 1"
+prints "is of interface version 2, expected 1"
 expect 2 "$bin/berth" run --twin --estimator outside --out "$work/bad" "$work/look.yaml"
-says "the twin is one process"
+prints "the twin is one process"
 expect 2 "$bin/berth" run --estimator "$library" --lcm-url "$url" --out "$work/bad" "$work/look.yaml"
-says "a shared library, which is for --twin"
+prints "a shared library, which is for --twin"
 [ ! -e "$work/bad" ] || fail "something was started"
 
 # As a process that the run starts, and as one that somebody else does when asked for it.

@@ -34,7 +34,7 @@ user 0 --version
 user 0 check procedures
 user 0 target check radarsat2
 user 0 run --twin --seed 1 procedures/track_static.yaml
-says "verdict: PASS; reproduced from the log: identical"
+prints "verdict: PASS; reproduced from the log: identical"
 [ -n "$(ls "$work/elsewhere/.cache/berth")" ] || fail "no compiled model is kept"
 cat >"$work/plan.yaml" <<END
 seeds: {fixed: 1, fresh: 0}
@@ -46,6 +46,6 @@ user 2 run --twin procedures/there_is_none.yaml
 
 expect 0 "$bin/berth" run --twin --seed 1 --out "$work/build" procedures/track_static.yaml
 expect 0 "$bin/berth" log diff "$(only_run "$work/elsewhere/runs")/run.lcm" "$(only_run "$work/build")/run.lcm"
-says "same"
+prints "same"
 chmod -R u+w "$work/root"
 echo "$(basename "$package") runs as the build that it was made of"

@@ -15,4 +15,4 @@ expect 0 "$bin/berth" log export --clouds "$work/clouds" "$live"
 expect 0 "$bin/berth" run --twin --seed 3 --out "$work/files" --lidar "$work/clouds" $procedure
 
 expect 2 "$bin/berth" run --twin --lidar "$work/nothing" $procedure
-says "$work/nothing: no such file or directory"
+prints "$work/nothing: no such file or directory"

@@ -15,7 +15,7 @@ replay() {
   done
   # A node is alive here: berth replay must not play onto this bus.
   expect 2 "$bin/berth" replay "$run" --lcm-url "$replay_url"
-  says "is alive"
+  prints "is alive"
   lcm-logplayer --lcm-url="$replay_url" --speed=4 \
     --regexp='^(?!POSE_ESTIMATE$|SCAN_REQUEST$|ESTIMATOR_STATE$|ESTIMATOR_DIAGNOSTICS$|NODE_STATUS$|HEARTBEAT$|ARM_).*' \
     "$run/run.lcm" >/dev/null
@@ -38,7 +38,7 @@ beside() {
   local run=$1 count beside_url="udpm://239.255.76.67:$((port + 2))?ttl=0"
   count=$("$bin/berth" log estimates "$run/run.lcm" | wc -l)
   expect 0 "$bin/berth" replay "$run" --estimate --rate 32 --lcm-url "$beside_url"
-  says "$count estimates compared with recorded ones, $count identical"
+  prints "$count estimates compared with recorded ones, $count identical"
   expect 0 "$bin/berth" reestimate "$run" --out "$work/again"
-  says "all estimates are identical to the recorded ones"
+  prints "all estimates are identical to the recorded ones"
 }

@@ -33,4 +33,4 @@ holds "$work/both.html" '<section id="measurements"'
 holds "$work/both.json" '"paired_with_first"'
 [ "$(grep -c '"recorded_outcome"' "$work/both.json")" = 2 ] || fail "not two runs in the JSON"
 expect 2 "$bin/berth" report "$a" --html "$work/no/such/directory.html"
-says "cannot be written"
+prints "cannot be written"

@@ -11,17 +11,17 @@ expect 0 "$bin/berth" compare "$run"
 
 # What a target is, and what its runs tell of it.
 expect 0 "$bin/berth" target check relay
-says "port 'grapple'"
-says "joint of 'array'"
+prints "port 'grapple'"
+prints "joint of 'array'"
 expect 0 "$bin/berth" target draw relay --out "$work/relay.svg"
 grep -q "from -z" "$work/relay.svg" || fail "the picture lacks a side"
 expect 0 "$bin/berth" target new "$home/targets/relay/relay.obj" --name "$work/mine" --length 2
 expect 2 "$bin/berth" target new "$home/targets/relay/relay.obj" --name "$work/mine"
-says "is there already"
+prints "is there already"
 expect 0 "$bin/berth" target check "$work/mine"
 cp -r "$run/target/relay" "$work/measured"
 expect 0 "$bin/berth" target measure "$work/measured" "$run" --write
-says "array"
+prints "array"
 expect 0 "$bin/berth" target check "$work/measured"
 
 # Scans of all sides find what the world lab drew: surfaces as they came out and reflectivities to 25 %, the joint to 1 deg.
@@ -46,7 +46,7 @@ found array 12 "$(awk "BEGIN { print 20 + $(drawn array joint) }")" 1
 # A port that is not there is refused by name before anything moves.
 sed 's/dock: grapple/dock: fore/' "$home/procedures/library/two_ports.yaml" >"$work/fore.yaml"
 expect 2 "$bin/berth" check "$work/fore.yaml"
-says "has no docking port 'fore'"
+prints "has no docking port 'fore'"
 
 if [ -z "${BERTH_TARGETS:-}" ]; then
   echo "BERTH_TARGETS names no folder: other people's spacecraft are skipped"

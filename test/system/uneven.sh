@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 # Arms that move as a loop on a position register does: an approach ends with a verdict, and ground truth, which interpolates their
-# reports, is no farther from the world than its covariance says.
+# reports, is no farther from the world than its covariance states.
 . "$(dirname "$0")/common.sh"
 
 expect 0 "$bin/berth" run --twin --world uneven --seed 7 --out "$work/uneven" procedures/approach.yaml
-says "verdict: PASS"
+prints "verdict: PASS"
 expect 0 "$bin/berth" run --twin --world exact --seed 7 --out "$work/exact" procedures/approach.yaml
 python3 - "$bin/berth" "$(only_run "$work/uneven")" "$(only_run "$work/exact")" <<'PYTHON' || fail "ground truth"
 import math, pathlib, sys

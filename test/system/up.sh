@@ -4,7 +4,7 @@
 . "$(dirname "$0")/common.sh"
 
 expect 0 "$bin/berth" up --layout free --detach --out "$work/runs" --lcm-url "$url"
-says "console http://127.0.0.1:"
+prints "console http://127.0.0.1:"
 
 # A console that dies is started again; the cell does not care.
 console() { pgrep -f "berth-console --run $work/runs"; }
@@ -20,12 +20,12 @@ done
 sed 's/^name: free_pose/name: second/; s/name: position$/name: place/' procedures/free_pose.yaml >"$work/second.yaml"
 for procedure in procedures/free_pose.yaml "$work/second.yaml"; do
   expect 0 "$bin/berth" run --out "$work/runs" --lcm-url "$url" "$procedure" --set survey="10 s" --set returns=500
-  says "verdict: PASS"
+  prints "verdict: PASS"
 done
 expect 0 "$bin/berth" stop
 # The cell's own log holds both, each judged by its own criteria.
 expect 0 "$bin/berth" compare "$work/runs"/*_cell
-says "place  "
+prints "place  "
 [ "$(grep -c "^verdict: PASS; reproduced from the log: identical" "$work/out.txt")" = 2 ] || fail "not two verdicts"
 sleep 1
 ! pgrep -f "$work/runs" || fail "processes are left behind"

@@ -37,7 +37,7 @@ for name in acquisition track; do
   expect 0 campaign $name --jobs 1 --out "$work/$name-1"
   expect 0 campaign $name --jobs 2 --out "$work/$name-2"
   expect 0 campaign $name --engine slurm --block 2 --out "$work/$name-slurm"
-  says "tasks of about"
+  prints "tasks of about"
   same $name-1 $name-2
   same $name-1 $name-slurm
 done
@@ -63,9 +63,9 @@ done
 code=0; wait $waiting || code=$?
 cat "$work/killed.txt" >"$work/out.txt"
 [ $code = 2 ] || { cat "$work/out.txt"; fail "exit code $code of a campaign with a killed task"; }
-says "task 1 left trials undone"
-says "task-1.log"
-says "missing:"
+prints "task 1 left trials undone"
+prints "task-1.log"
+prints "missing:"
 before=$(ls "$work/killed/blocks" | grep -c jsonl)
 expect 0 campaign acquisition --engine slurm --block 400 --trials 400 --out "$work/killed"
 submitted=$(awk '{n += $2} END {print n}' "$work/killed/slurm/2/tasks.txt")
@@ -75,23 +75,23 @@ same whole killed
 
 # Left, found again, cancelled.
 expect 0 campaign acquisition --engine slurm --block 100 --trials 2000 --out "$work/left" --detach
-says "berth campaign cancel"
+prints "berth campaign cancel"
 expect 0 campaign acquisition --engine slurm --block 100 --trials 2000 --out "$work/left" --detach
-says "is at work already"
+prints "is at work already"
 expect 0 "$bin/berth" campaign cancel "$work/left"
-says "is cancelled"
+prints "is cancelled"
 until ! squeue --noheader | grep -q .; do sleep 0.1; done
 expect 0 "$bin/berth" campaign cancel "$work/left"
-says "no job of this campaign is at work"
+prints "no job of this campaign is at work"
 
 # What a user gets wrong.
 printf 'partition: nowhere\n' >"$work/slurm.yaml"
 expect 2 campaign acquisition --engine slurm --slurm "$work/slurm.yaml" --block 100 --out "$work/refused"
-says "sbatch refused the jobs"
-says "nowhere"
+prints "sbatch refused the jobs"
+prints "nowhere"
 printf 'queue: main\n' >"$work/slurm.yaml"
 expect 2 campaign acquisition --engine slurm --slurm "$work/slurm.yaml" --out "$work/refused"
-says "slurm.yaml:1: key 'queue'"
+prints "slurm.yaml:1: key 'queue'"
 expect 2 env PATH=/nowhere "$bin/berth" campaign "$work/acquisition.yaml" --engine slurm --block 100 --out "$work/refused"
-says "slurm-client"
+prints "slurm-client"
 echo "campaigns are the same locally and on a cluster"
