@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# The example of a bridge serves a vendor's SDK as the protocol asks for; what `berth lidar test` says of it, and of nobody.
+# The example of a bridge serves a vendor's SDK by the protocol; `berth lidar test` of it, and of an address without a device.
 . "$(dirname "$0")/common.sh"
 address=127.0.0.1:$port
 
