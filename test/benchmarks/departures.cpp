@@ -601,7 +601,7 @@ Sighting sighting_of(const Settings& settings, const std::string& target, const 
     for (const Departures& world : departure_worlds(settings.config)) {
       auto& model = sighting.described[surface_sigma(world)];
       if (model != nullptr) continue;
-      model = compiled(described(there, settings.told_sigma * surface_sigma(world)));
+      model = compiled(described(there, settings.stated_sigma * surface_sigma(world)));
     }
   } else {
     sighting.model = compiled(bare(there));

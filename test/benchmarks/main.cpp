@@ -73,7 +73,7 @@ int run(int argc, char* argv[]) {
   app.add_option("--targets", settings.targets,
                  "of departures: names, meshes, or files of the directory of meshes")
       ->delimiter(',');
-  app.add_option("--told-sigma", settings.told_sigma,
+  app.add_option("--stated-sigma", settings.stated_sigma,
                  "of departures: times the surface's true sigma, what described targets are told")
       ->check(CLI::Range(0.01, 100.0));
   app.add_option("--config", config, "the methods' settings");

@@ -30,7 +30,7 @@ struct Settings {
   std::filesystem::path out;
   std::filesystem::path meshes;      ///< a directory; empty: the replica alone
   std::vector<std::string> targets;  ///< by name or mesh; empty: a part's own choice
-  double told_sigma = 1;         ///< described sigma of the surface as a multiple of the true one
+  double stated_sigma = 1;       ///< described sigma of the surface as a multiple of the true one
   std::filesystem::path config;  ///< directory of the configuration
   estimator::EstimatorOptions options;
   std::vector<std::string> acquisition_methods;
