@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/core/beam_model.h"
 
+#include "common/core/config.h"
 #include "common/core/random.h"
 #include "test/catch.h"
 
