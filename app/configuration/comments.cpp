@@ -55,8 +55,8 @@ class Reader {
     std::string comment = begin == none ? "" : trimmed(line.substr(begin + 1));
     if (body.find_first_not_of(' ') != none) {
       const std::string path = key(body, comment);
-      if (path.empty()) {
-        last_ = none;
+      if (path.empty() || !comments_[path].empty()) {
+        last_ = none;  // of a key that is there again, in another item, the first comment counts
       } else {
         add(path, comment.empty() ? above_ : comment);
         last_ = comment.empty() ? none : begin;

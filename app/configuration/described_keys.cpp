@@ -145,7 +145,9 @@ std::vector<DescribedKey> described_keys(const ConfigKind& kind, const fs::path&
       });
       if (reached && paths.count(one.key.path) == 0) one.key.required = false;
     }
-    if (last_of(one.key.path) == "NAME" && one.key.kind == Kind::map) continue;  // as each is
+    const bool is_named = last_of(one.key.path) == "NAME";
+    if (is_named && (one.key.kind == Kind::map || one.key.kind == Kind::other))
+      continue;  // as each
     for (const auto& of_file : comments) {
       for (const auto& [path, comment] : of_file) {
         if (one.meaning.empty() && matches(one.key.path, path)) one.meaning = comment;
