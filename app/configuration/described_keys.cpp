@@ -145,25 +145,34 @@ std::vector<DescribedKey> described_keys(const ConfigKind& kind, const fs::path&
       });
       if (reached && paths.count(one.key.path) == 0) one.key.required = false;
     }
-    const bool is_named = last_of(one.key.path) == "NAME";
-    if (is_named && (one.key.kind == Kind::map || one.key.kind == Kind::other))
-      continue;  // as each
+    if (last_of(one.key.path) == "NAME") {  // what each key means, its section's comment explains
+      if (one.key.kind == Kind::map) continue;
+      if (one.key.kind == Kind::other) {
+        one.meaning = all[place.at(parent)].meaning;
+        continue;
+      }
+    }
     for (const auto& of_file : comments) {
       for (const auto& [path, comment] : of_file) {
         if (one.meaning.empty() && matches(one.key.path, path)) one.meaning = comment;
       }
     }
   }
-  // Of sections with the same keys, one is commented.
+  // Of two sections, one of which has all keys of the other, one is commented.
   std::map<std::string, std::set<std::string>> names;  // of keys, by section
   for (const DescribedKey& one : all) {
     names[parent_of(one.key.path)].insert(last_of(one.key.path));
   }
+  const auto has_all = [](const std::set<std::string>& a, const std::set<std::string>& b) {
+    return std::includes(a.begin(), a.end(), b.begin(), b.end());
+  };
   for (DescribedKey& one : all) {
     for (const DescribedKey& other : all) {
       if (!one.meaning.empty()) break;
+      const auto& here = names[parent_of(one.key.path)];
+      const auto& there = names[parent_of(other.key.path)];
       if (last_of(other.key.path) == last_of(one.key.path) &&
-          names[parent_of(other.key.path)] == names[parent_of(one.key.path)]) {
+          (has_all(here, there) || has_all(there, here))) {
         one.meaning = other.meaning;
       }
     }

@@ -12,7 +12,7 @@ expect 0 "$bin/berth" spy "$log" RUN_INFO
 prints "procedure = 'track_static'"
 
 expect 1 "$bin/berth" spy --once 0.5 --lcm-url "$url"
-prints "nothing was heard"
+prints "no message was received"
 lcm-logplayer --lcm-url="$url" --speed=4 "$log" >/dev/null &
 player=$!
 expect 0 "$bin/berth" spy --once 4 --lcm-url "$url" 'GROUND_TRUTH|ARM_STATE_.*'
