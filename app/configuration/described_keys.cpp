@@ -158,20 +158,26 @@ std::vector<DescribedKey> described_keys(const ConfigKind& kind, const fs::path&
       }
     }
   }
-  // Of two sections, one of which has all keys of the other, one is commented.
-  std::map<std::string, std::set<std::string>> names;  // of keys, by section
+  // Of two sections alike one is commented: one has all keys of the other, the required ones if
+  // any.
+  std::map<std::string, std::set<std::string>> names;
+  std::map<std::string, std::set<std::string>> required;
   for (const DescribedKey& one : all) {
     names[parent_of(one.key.path)].insert(last_of(one.key.path));
+    if (one.key.required) required[parent_of(one.key.path)].insert(last_of(one.key.path));
   }
+  const auto keys_in = [&](const std::string& section) -> const std::set<std::string>& {
+    return required[section].empty() ? names[section] : required[section];
+  };
   const auto has_all = [](const std::set<std::string>& a, const std::set<std::string>& b) {
     return std::includes(a.begin(), a.end(), b.begin(), b.end());
   };
   for (DescribedKey& one : all) {
     for (const DescribedKey& other : all) {
       if (!one.meaning.empty()) break;
-      const auto& here = names[parent_of(one.key.path)];
-      const auto& there = names[parent_of(other.key.path)];
-      if (last_of(other.key.path) == last_of(one.key.path) &&
+      const auto& here = keys_in(parent_of(one.key.path));
+      const auto& there = keys_in(parent_of(other.key.path));
+      if (last_of(other.key.path) == last_of(one.key.path) && other.key.kind == one.key.kind &&
           (has_all(here, there) || has_all(there, here))) {
         one.meaning = other.meaning;
       }
