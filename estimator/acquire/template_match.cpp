@@ -211,13 +211,13 @@ std::vector<Placement> match_templates(const RangeImage& image, const std::vecto
     }
   };
   for (const auto& [key, here] : bins) {
-    Vector3d sight = Vector3d::Zero();
+    Vector3d line_of_sight = Vector3d::Zero();
     std::vector<const std::uint8_t*> places_of;  // in the field
     for (const Vector3d& p : here) {
-      sight += p.normalized();
+      line_of_sight += p.normalized();
       places_of.push_back(values + field.index(p));
     }
-    const Quaterniond aim = Quaterniond::FromTwoVectors(Vector3d::UnitZ(), sight);
+    const Quaterniond aim = Quaterniond::FromTwoVectors(Vector3d::UnitZ(), line_of_sight);
     std::array<Quaterniond, template_turns> turns;
     for (int turn = 0; turn < template_turns; ++turn) {
       turns[static_cast<std::size_t>(turn)] =

@@ -104,7 +104,7 @@ double offset_covariance(const FieldScales& scales, const SurfacePatch& a, const
   const double aligned =
       (a.rim == b.rim ? 1 : -1) * a.slant * b.slant * a.direction.dot(b.direction);
   const double fields = squared(SurfaceField::displacement) * aligned +
-                        (a.rim || b.rim ? 0 : squared(SurfaceField::sight));
+                        (a.rim || b.rim ? 0 : squared(SurfaceField::line_of_sight));
   if (fields == 0) return 0;
   const double la = a.correlation_length;
   const double lb = b.correlation_length;

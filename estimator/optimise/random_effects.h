@@ -69,9 +69,10 @@ enum class SurfaceField {
   /// s s' m.m' E: the surface is displaced by a vector field with independent components. m = n on
   /// an edge and -n / cos(incidence) on a face.
   displacement,
-  sight  ///< s s' E on faces: range errors independent of incidence (blankets, paint)
+  line_of_sight  ///< s s' E on faces: range errors independent of incidence (blankets, paint)
 };
-inline constexpr std::array surface_fields = {SurfaceField::displacement, SurfaceField::sight};
+inline constexpr std::array surface_fields = {SurfaceField::displacement,
+                                              SurfaceField::line_of_sight};
 using FieldScales = std::array<double, surface_fields.size()>;
 
 double offset_covariance(SurfaceField field, const SurfacePatch& a, const SurfacePatch& b);

@@ -149,12 +149,12 @@ AcquisitionResult VoxelTemplateAcquisition::acquire(const PreprocessedScan& scan
     if (!known) poses.push_back(pose);
   }
 
-  IcpOptions polish;
-  polish.registration = Registration::point_to_plane;
-  polish.max_iterations = 10;
-  polish.start_gate_m = 0.16 * model_.canonical.half_length;
-  polish.stop_translation_m = 1e-3;
-  polish.stop_rotation_rad = 1e-3;
+  IcpOptions refinement;
+  refinement.registration = Registration::point_to_plane;
+  refinement.max_iterations = 10;
+  refinement.start_gate_m = 0.16 * model_.canonical.half_length;
+  refinement.stop_translation_m = 1e-3;
+  refinement.stop_rotation_rad = 1e-3;
   const std::vector<Vector3d> sample = sampled_evenly(points, 300);
   const auto evaluate = [&](const Pose& pose, std::size_t stride) {
     Finalist h;
@@ -166,7 +166,7 @@ AcquisitionResult VoxelTemplateAcquisition::acquire(const PreprocessedScan& scan
   const std::size_t quick_stride = std::max<std::size_t>(1, scan.beams.size() / 1500);
   std::vector<Finalist> finalists;
   for (const Pose& pose : poses) {
-    finalists.push_back(evaluate(align(model_, sample, pose, polish).pose, quick_stride));
+    finalists.push_back(evaluate(align(model_, sample, pose, refinement).pose, quick_stride));
   }
   const auto keep_distinct = [&](std::size_t count) {
     std::stable_sort(finalists.begin(), finalists.end(), more_likely);
@@ -189,7 +189,7 @@ AcquisitionResult VoxelTemplateAcquisition::acquire(const PreprocessedScan& scan
   keep_distinct(6);
   for (std::size_t i = 0, count = std::min<std::size_t>(finalists.size(), 3); i < count; ++i) {
     for (const Pose& twin : twins(finalists[i].pose, i == 0 ? 12 : 2)) {
-      finalists.push_back(evaluate(align(model_, sample, twin, polish).pose, quick_stride));
+      finalists.push_back(evaluate(align(model_, sample, twin, refinement).pose, quick_stride));
     }
   }
   keep_distinct(10);
@@ -207,24 +207,24 @@ AcquisitionResult VoxelTemplateAcquisition::acquire(const PreprocessedScan& scan
 
   // Final refinement: all points, nearly all beams.
   constexpr int beam_steps = 8;
-  polish.max_iterations = 20;
-  polish.start_gate_m = 0.08 * model_.canonical.half_length;
-  polish.stop_translation_m = 1e-4;
-  polish.stop_rotation_rad = 1e-4;
+  refinement.max_iterations = 20;
+  refinement.start_gate_m = 0.08 * model_.canonical.half_length;
+  refinement.stop_translation_m = 1e-4;
+  refinement.stop_rotation_rad = 1e-4;
   const std::size_t stride = std::max<std::size_t>(1, scan.beams.size() / 6000);
   for (Finalist& h : finalists) {
-    const IcpResult polished = align(model_, points, h.pose, polish);
+    const IcpResult refined = align(model_, points, h.pose, refinement);
     // Beam registration or ICP: by the likelihood.
-    Finalist by_points = evaluate(polished.pose, stride);
-    Pose pose = polished.pose;
+    Finalist by_points = evaluate(refined.pose, stride);
+    Pose pose = refined.pose;
     for (int i = 0; i < beam_steps; ++i) {
       const double gate = i < 3 ? 0.1 : 0.05;
       pose = perturbed(pose, beam_step(model_, scan.beams, pose, gate, 2000).step);
     }
     const Finalist by_beams = evaluate(pose, stride);
     h = more_likely(by_beams, by_points) ? by_beams : by_points;
-    h.inlier_share = polished.inlier_share();
-    h.constrained = polished.constrained;
+    h.inlier_share = refined.inlier_share();
+    h.constrained = refined.constrained;
   }
   keep_distinct(10);
 

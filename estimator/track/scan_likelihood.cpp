@@ -37,8 +37,8 @@ std::uint64_t interleaved(std::uint32_t x, std::uint32_t y) {
 }
 
 /// Whether a face's incidence exceeds 45 degrees: its plane is then not extended past an edge.
-bool is_oblique(const Vector3d& normal, const Vector3d& sight) {
-  return !(-normal.dot(sight) > 0.7071067811865476);
+bool is_oblique(const Vector3d& normal, const Vector3d& line_of_sight) {
+  return !(-normal.dot(line_of_sight) > 0.7071067811865476);
 }
 
 double normal_below(double x) { return 0.5 * std::erfc(-x * 0.7071067811865476); }
@@ -307,8 +307,8 @@ void ScanLikelihood::prepare(const ScanState& state, const Stage& stage,
     patch.direction += direction;
     patch.sigma += surface.sigma;
     patch.correlation_length += surface.correlation_length;
-    const Vector3d sight = (place - model_sensor.position).normalized();
-    patch.slant += rim ? 1 : 1 / std::max(grazing, -direction.dot(sight));
+    const Vector3d line_of_sight = (place - model_sensor.position).normalized();
+    patch.slant += rim ? 1 : 1 / std::max(grazing, -direction.dot(line_of_sight));
     ++members[static_cast<std::size_t>(entry->second)];
     return entry->second;
   };
@@ -374,13 +374,13 @@ void ScanLikelihood::prepare(const ScanState& state, const Stage& stage,
       RimPatches& of_rim = rim_patches_[static_cast<std::size_t>(r)];
       of_rim.made = true;
       of_rim.rim = patch_at(rim.point, rim.outward, rim.front.face, true);
-      const Vector3d sight = (rim.point - model_sensor.position).normalized();
-      const bool oblique = is_oblique(rim.front.normal, sight);
-      of_rim.front =
-          patch_at(rim.point, oblique ? Vector3d(-sight) : rim.front.normal, rim.front.face, false);
+      const Vector3d line_of_sight = (rim.point - model_sensor.position).normalized();
+      const bool oblique = is_oblique(rim.front.normal, line_of_sight);
+      of_rim.front = patch_at(rim.point, oblique ? Vector3d(-line_of_sight) : rim.front.normal,
+                              rim.front.face, false);
       if (!rim.behind.met()) continue;
-      of_rim.behind = patch_at(model_sensor.position + rim.behind.range * sight, rim.behind.normal,
-                               rim.behind.face, false);
+      of_rim.behind = patch_at(model_sensor.position + rim.behind.range * line_of_sight,
+                               rim.behind.normal, rim.behind.face, false);
     }
     if (stage.pieces && hits[i].met()) {
       const auto [entry, fresh] =
@@ -557,62 +557,63 @@ std::optional<ScanLikelihood::BeamGeometry> ScanLikelihood::geometry_of(
     const SurfaceHit& hit) const {
   const UsedBeam& beam = beams_[association.beam];
   if (association.near < 0 && !hit.met()) return std::nullopt;  // no longer meets the target
-  BeamGeometry sight{ray, {}, {}, {}, {}};
+  BeamGeometry line_of_sight{ray, {}, {}, {}, {}};
   SurfaceHit edged;  // the front face of the edge, extended
   if (association.near >= 0) {
-    sight.edges[0] = edge_at(at, association.near, ray);
-    edged = extended_face(*sight.edges[0]->rim, sight.edges[0]->point, ray, at.state);
+    line_of_sight.edges[0] = edge_at(at, association.near, ray);
+    edged =
+        extended_face(*line_of_sight.edges[0]->rim, line_of_sight.edges[0]->point, ray, at.state);
   }
   // Without an edge, or with one behind the hit.
   if (association.near < 0 || hit.range < edged.range - options_.depth) {
-    sight.edges[0].reset();
-    sight.front = face_at(at, hit, association.patch, beam.mixed, beam, ray);
-    return sight;
+    line_of_sight.edges[0].reset();
+    line_of_sight.front = face_at(at, hit, association.patch, beam.mixed, beam, ray);
+    return line_of_sight;
   }
-  const Edge& edge = *sight.edges[0];
+  const Edge& edge = *line_of_sight.edges[0];
   double coverage = normal_below(edge.at);
   bool inside = edge.inside >= 0 && hit.met();
   if (association.across >= 0) {
-    const Edge& other = sight.edges[1].emplace(edge_at(at, association.across, ray));
+    const Edge& other = line_of_sight.edges[1].emplace(edge_at(at, association.across, ray));
     const double of_other = normal_below(other.at);
     if ((other.point - edge.point).dot(edge.outward) < 0) {  // a strut
       coverage = std::max(0.0, coverage + of_other - 1);
       inside = inside && other.inside >= 0;
     } else {  // a slit
       const int patch = rim_patches_[static_cast<std::size_t>(association.across)].front;
-      sight.opposite = face_at(at, extended_face(*other.rim, other.point, ray, at.state), patch,
-                               beam.mixed_front, beam, ray);
-      sight.opposite->expected.coverage = of_other;
+      line_of_sight.opposite = face_at(at, extended_face(*other.rim, other.point, ray, at.state),
+                                       patch, beam.mixed_front, beam, ray);
+      line_of_sight.opposite->expected.coverage = of_other;
     }
   }
   const RimPatches& patches = rim_patches_[static_cast<std::size_t>(association.near)];
   if (inside) {
-    sight.front = face_at(at, hit, association.patch, beam.mixed, beam, ray);
+    line_of_sight.front = face_at(at, hit, association.patch, beam.mixed, beam, ray);
     if (const SurfaceHit& passed = edge.rim->behind; passed.met()) {
       const SurfaceHit behind = scene_.meet(at.state.angles, ray, passed.face);
       if (behind.met() && behind.range > hit.range) {
-        sight.behind = face_at(at, behind, patches.behind, 0, beam, ray);
+        line_of_sight.behind = face_at(at, behind, patches.behind, 0, beam, ray);
       }
     }
   } else {
-    sight.front = face_at(at, edged, patches.front, beam.mixed_front, beam, ray);
-    if (hit.met()) sight.behind = face_at(at, hit, association.patch, 0, beam, ray);
+    line_of_sight.front = face_at(at, edged, patches.front, beam.mixed_front, beam, ray);
+    if (hit.met()) line_of_sight.behind = face_at(at, hit, association.patch, 0, beam, ray);
   }
-  sight.front.expected.coverage = coverage;
-  if (sight.opposite && coverage + sight.opposite->expected.coverage >= 1) {
+  line_of_sight.front.expected.coverage = coverage;
+  if (line_of_sight.opposite && coverage + line_of_sight.opposite->expected.coverage >= 1) {
     // A slit that is closed: the nearer face ends before the other.
-    if (sight.opposite->hit.range < sight.front.hit.range) {
-      std::swap(sight.front, *sight.opposite);
-      std::swap(sight.edges[0], sight.edges[1]);
+    if (line_of_sight.opposite->hit.range < line_of_sight.front.hit.range) {
+      std::swap(line_of_sight.front, *line_of_sight.opposite);
+      std::swap(line_of_sight.edges[0], line_of_sight.edges[1]);
     }
-    sight.behind = std::exchange(sight.opposite, std::nullopt);
-    sight.edges[1].reset();
+    line_of_sight.behind = std::exchange(line_of_sight.opposite, std::nullopt);
+    line_of_sight.edges[1].reset();
   }
-  return sight;
+  return line_of_sight;
 }
 
 void ScanLikelihood::observe(const EvaluationPoint& at, const Association& association,
-                             const BeamGeometry& sight, const Quaterniond& to_sensor,
+                             const BeamGeometry& line_of_sight, const Quaterniond& to_sensor,
                              const BeamTerm& term, Observations& observations) const {
   const UsedBeam& beam = beams_[association.beam];
   const Quaterniond& at_mean_time = at.state.motion.pose.rotation;
@@ -638,21 +639,22 @@ void ScanLikelihood::observe(const EvaluationPoint& at, const Association& assoc
   const auto add_range = [&](const Face& face, double probability) {
     if (!(probability > negligible)) return;
     const Vector3d force = face.hit.normal / -face.cosine;
-    const Vector3d place = sight.ray.origin + face.hit.range * sight.ray.direction;
+    const Vector3d place = line_of_sight.ray.origin + face.hit.range * line_of_sight.ray.direction;
     add(force, place.cross(force), false, face.hit.face,
         {probability / face.expected.variance,
          face.expected.residual + face.effect * at.offset(face.patch), face.effect, face.patch,
          association.piece});
   };
   if (beam.returned()) {
-    add_range(sight.front, term.front);
-    if (sight.opposite) add_range(*sight.opposite, term.opposite);
-    if (sight.behind) add_range(*sight.behind, term.behind);
+    add_range(line_of_sight.front, term.front);
+    if (line_of_sight.opposite) add_range(*line_of_sight.opposite, term.opposite);
+    if (line_of_sight.behind) add_range(*line_of_sight.behind, term.behind);
   }
-  for (std::size_t i = 0; i < sight.edges.size(); ++i) {
-    const std::optional<Edge>& edge = sight.edges[i];
-    const bool other = i == 1 && sight.opposite.has_value();
-    const double coverage = (other ? *sight.opposite : sight.front).expected.coverage;
+  for (std::size_t i = 0; i < line_of_sight.edges.size(); ++i) {
+    const std::optional<Edge>& edge = line_of_sight.edges[i];
+    const bool other = i == 1 && line_of_sight.opposite.has_value();
+    const double coverage =
+        (other ? *line_of_sight.opposite : line_of_sight.front).expected.coverage;
     if (!edge || !(coverage * (1 - coverage) > 1e-9)) continue;
     const double density = normal_at(edge->at);
     if (!(density > negligible)) continue;
@@ -745,13 +747,14 @@ ScanLikelihood::Linearised ScanLikelihood::linearise(const ScanState& state,
   }
   for (std::size_t i = 0; i < associations_.size(); ++i) {
     const Association& association = associations_[i];
-    const std::optional<BeamGeometry> sight = geometry_of(at, association, rays[i], hits[i]);
-    if (!sight) continue;
+    const std::optional<BeamGeometry> line_of_sight =
+        geometry_of(at, association, rays[i], hits[i]);
+    if (!line_of_sight) continue;
     const bool returned = beams_[association.beam].returned();
     std::optional<ExpectedReturn> opposite, behind;
-    if (sight->opposite) opposite = sight->opposite->expected;
-    if (sight->behind) behind = sight->behind->expected;
-    const Face& front = sight->front;
+    if (line_of_sight->opposite) opposite = line_of_sight->opposite->expected;
+    if (line_of_sight->behind) behind = line_of_sight->behind->expected;
+    const Face& front = line_of_sight->front;
     const BeamTerm term =
         beam_term(returned, front.expected, opposite, behind, shares, options_.extent);
     if (association.piece < 0) {
@@ -762,7 +765,7 @@ ScanLikelihood::Linearised ScanLikelihood::linearise(const ScanState& state,
       elsewhere += returned ? anything : std::log(0.5);
     }
     result.log_likelihood_without += log_without[returned ? 1 : 0];
-    observe(at, association, *sight, poses[i].rotation, term, observations);
+    observe(at, association, *line_of_sight, poses[i].rotation, term, observations);
     const double met = front.expected.coverage + (opposite ? opposite->coverage : 0);
     beams.push_back({term, returned, association.piece, behind ? 1 : met, front.expected.drop_out,
                      front.share_bin, front.white,

@@ -13,7 +13,7 @@ namespace berth::evaluation {
 namespace {
 
 /// Student's t of so many degrees of freedom as a normal deviate (Wallace 1959, formula 2): makes
-/// questions with different numbers of runs comparable.
+/// tests with different numbers of runs comparable.
 double normal_deviate(double t, double degrees) {
   if (std::isinf(t)) return std::numeric_limits<double>::infinity();
   return std::sqrt(degrees * std::log1p(t * t / degrees)) * (8 * degrees + 1) / (8 * degrees + 3);
@@ -26,17 +26,17 @@ double ratio(double change, double variance_of_change) {
                                             : std::abs(change) / spread;
 }
 
-/// p of every question: how often the greatest strength of a shuffle was at least its own.
-void count_shuffles(std::vector<TestResult>& answers, const std::vector<double>& strength,
+/// p of every test: how often the greatest strength of a shuffle was at least its own.
+void count_shuffles(std::vector<TestResult>& results, const std::vector<double>& strength,
                     std::vector<double> greatest) {
   std::sort(greatest.begin(), greatest.end());
-  for (std::size_t q = 0; q < answers.size(); ++q) {
+  for (std::size_t q = 0; q < results.size(); ++q) {
     if (strength[q] == 0) continue;
     // A hair less, so that the same shuffle summed in another order counts.
     const auto first = std::lower_bound(greatest.begin(), greatest.end(),
                                         std::isinf(strength[q]) ? 1e300 : strength[q] * (1 - 1e-9));
     const auto as_strong = static_cast<double>(greatest.end() - first);
-    answers[q].p = (as_strong + 1) / (static_cast<double>(greatest.size()) + 1);
+    results[q].p = (as_strong + 1) / (static_cast<double>(greatest.size()) + 1);
   }
 }
 
@@ -47,7 +47,7 @@ struct Member {
 
 /// The values that a test uses in every shuffle.
 struct PairedTest {
-  std::size_t question;
+  std::size_t test;
   std::size_t group;
   std::vector<Member> differences;
   double squares = 0;
@@ -62,7 +62,7 @@ struct PairedTest {
 };
 
 struct UnpairedTest {
-  std::size_t question;
+  std::size_t test;
   std::size_t group;
   std::vector<double> value;    // of each run of the group, less the mean of all; 0 where none
   std::vector<double> present;  // 1, or 0 where there is no value
@@ -83,26 +83,26 @@ struct UnpairedTest {
   }
 };
 
-std::size_t groups_of(const std::vector<Test>& questions) {
+std::size_t groups_of(const std::vector<Test>& tests) {
   std::size_t groups = 0;
-  for (const Test& q : questions) groups = std::max(groups, q.group + 1);
+  for (const Test& q : tests) groups = std::max(groups, q.group + 1);
   return groups;
 }
 
 }  // namespace
 
-std::vector<TestResult> paired_family(const std::vector<Test>& questions,
+std::vector<TestResult> paired_family(const std::vector<Test>& tests,
                                       const FamilyOptions& options) {
-  std::vector<TestResult> answers(questions.size(), {nan, 1});
-  std::vector<double> strength(questions.size(), 0);
+  std::vector<TestResult> results(tests.size(), {nan, 1});
+  std::vector<double> strength(tests.size(), 0);
   std::vector<PairedTest> family;
-  std::vector<std::size_t> runs(groups_of(questions), 0);
-  for (std::size_t q = 0; q < questions.size(); ++q) {
-    PairedTest paired{q, questions[q].group, {}, 0, questions[q].min_effect};
+  std::vector<std::size_t> runs(groups_of(tests), 0);
+  for (std::size_t q = 0; q < tests.size(); ++q) {
+    PairedTest paired{q, tests[q].group, {}, 0, tests[q].min_effect};
     double sum = 0;
     double size = 0;
-    for (std::size_t i = 0; i < questions[q].after.size(); ++i) {
-      const double difference = questions[q].after[i] - questions[q].before[i];
+    for (std::size_t i = 0; i < tests[q].after.size(); ++i) {
+      const double difference = tests[q].after[i] - tests[q].before[i];
       if (!std::isfinite(difference)) continue;
       paired.differences.push_back({i, difference});
       sum += difference;
@@ -111,8 +111,8 @@ std::vector<TestResult> paired_family(const std::vector<Test>& questions,
     }
     const std::size_t n = paired.differences.size();
     if (n < min_values) continue;
-    answers[q].change = sum / static_cast<double>(n);
-    runs[paired.group] = std::max(runs[paired.group], questions[q].after.size());
+    results[q].change = sum / static_cast<double>(n);
+    runs[paired.group] = std::max(runs[paired.group], tests[q].after.size());
     strength[q] = paired.strength(sum);
     // No shuffle can make more of it than this: it never is the greatest of one.
     if (size / static_cast<double>(n) >= paired.min_effect && size > 0) family.push_back(paired);
@@ -132,26 +132,26 @@ std::vector<TestResult> paired_family(const std::vector<Test>& questions,
       max_strength = std::max(max_strength, paired.strength(sum));
     }
   }
-  count_shuffles(answers, strength, std::move(greatest));
-  return answers;
+  count_shuffles(results, strength, std::move(greatest));
+  return results;
 }
 
-std::vector<TestResult> unpaired_family(const std::vector<Test>& questions,
+std::vector<TestResult> unpaired_family(const std::vector<Test>& tests,
                                         const FamilyOptions& options) {
-  std::vector<TestResult> answers(questions.size(), {nan, 1});
-  std::vector<double> strength(questions.size(), 0);
+  std::vector<TestResult> results(tests.size(), {nan, 1});
+  std::vector<double> strength(tests.size(), 0);
   std::vector<UnpairedTest> family;
   struct Deal {
     std::size_t before = 0;
     std::size_t after = 0;
     std::vector<std::size_t> order;  // the first `after` of it are drawn
   };
-  std::vector<Deal> deals(groups_of(questions));
-  for (std::size_t q = 0; q < questions.size(); ++q) {
-    const Test& question = questions[q];
-    UnpairedTest unpaired{q, question.group, question.before, {}, 0, 0, 0, question.min_effect};
+  std::vector<Deal> deals(groups_of(tests));
+  for (std::size_t q = 0; q < tests.size(); ++q) {
+    const Test& test = tests[q];
+    UnpairedTest unpaired{q, test.group, test.before, {}, 0, 0, 0, test.min_effect};
     auto& value = unpaired.value;
-    value.insert(value.end(), question.after.begin(), question.after.end());
+    value.insert(value.end(), test.after.begin(), test.after.end());
     double mean = 0;
     double later = 0;
     for (std::size_t i = 0; i < value.size(); ++i) {
@@ -160,7 +160,7 @@ std::vector<TestResult> unpaired_family(const std::vector<Test>& questions,
       if (!present) continue;
       mean += value[i];
       unpaired.count += 1;
-      if (i >= question.before.size()) later += 1;
+      if (i >= test.before.size()) later += 1;
     }
     if (unpaired.count - later < min_values || later < min_new_values) continue;
     mean /= unpaired.count;
@@ -169,12 +169,12 @@ std::vector<TestResult> unpaired_family(const std::vector<Test>& questions,
       value[i] = unpaired.present[i] != 0 ? value[i] - mean : 0;
       unpaired.sum += value[i];
       unpaired.squares += value[i] * value[i];
-      if (i >= question.before.size()) of_after += value[i];
+      if (i >= test.before.size()) of_after += value[i];
     }
-    answers[q].change = of_after / later - (unpaired.sum - of_after) / (unpaired.count - later);
+    results[q].change = of_after / later - (unpaired.sum - of_after) / (unpaired.count - later);
     strength[q] = unpaired.strength(later, of_after);
-    deals[unpaired.group].before = question.before.size();
-    deals[unpaired.group].after = question.after.size();
+    deals[unpaired.group].before = test.before.size();
+    deals[unpaired.group].after = test.after.size();
     if (unpaired.squares > 0) family.push_back(std::move(unpaired));
   }
 
@@ -202,8 +202,8 @@ std::vector<TestResult> unpaired_family(const std::vector<Test>& questions,
       max_strength = std::max(max_strength, unpaired.strength(n, sum));
     }
   }
-  count_shuffles(answers, strength, std::move(greatest));
-  return answers;
+  count_shuffles(results, strength, std::move(greatest));
+  return results;
 }
 
 }  // namespace berth::evaluation

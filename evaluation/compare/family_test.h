@@ -17,7 +17,7 @@ struct Test {
 
 struct TestResult {
   double change = 0;  ///< of the mean, after - before; NaN with too few values
-  double p = 1;       ///< p-value, of any question of the family
+  double p = 1;       ///< p-value, of any test of the family
 };
 
 /// Minimum number of pairs, or of values on either side.
@@ -38,13 +38,13 @@ struct FamilyOptions {
 ///
 /// Paired: before and after trade places, run by run, in all tests of a group at once. Exact where
 /// builds differ at random only.
-std::vector<TestResult> paired_family(const std::vector<Test>& questions,
+std::vector<TestResult> paired_family(const std::vector<Test>& tests,
                                       const FamilyOptions& options = {});
 
 /// Unpaired: runs of a group are dealt anew to before and after. Exact where tonight's runs and the
 /// earlier ones have the same distribution. Run i of a group is value i of before, then of after,
 /// in all its tests.
-std::vector<TestResult> unpaired_family(const std::vector<Test>& questions,
+std::vector<TestResult> unpaired_family(const std::vector<Test>& tests,
                                         const FamilyOptions& options = {});
 
 }  // namespace berth::evaluation

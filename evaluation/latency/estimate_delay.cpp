@@ -17,7 +17,7 @@ constexpr int truths_nuisances = 21;
 /// The estimator's: the weight of its prediction in the pose, and the velocity with which it
 /// brought the returns to one time; of position and attitude, along each axis of the target.
 constexpr int estimators_nuisances = 12;
-constexpr double pull_sigma = 0.5;
+constexpr double shrinkage_sigma = 0.5;
 constexpr double skew_sigma = 0.2;  // s: scans are no longer than a second
 /// Between two estimates of one track.
 constexpr Utime max_step = 2 * second;
@@ -77,11 +77,11 @@ void add_estimators(const Place& place, DelaySample& sample) {
   const Matrix3d axes = truth.pose.rotation.toRotationMatrix();
   for (const int first : {0, 3}) {  // position, attitude
     for (int i = 0; i < 3; ++i) {
-      const int pull = truths_nuisances + first + i;
+      const int shrinkage = truths_nuisances + first + i;
       const Matrix3d along = axes.col(i) * axes.col(i).transpose();
-      x.col(pull).segment<3>(first) = along * expected.segment<3>(first);
-      x.col(pull + 6).segment<3>(first) = along * faster.segment<3>(first);
-      rates.col(pull).segment<3>(first) = along * sample.rate.segment<3>(first);
+      x.col(shrinkage).segment<3>(first) = along * expected.segment<3>(first);
+      x.col(shrinkage + 6).segment<3>(first) = along * faster.segment<3>(first);
+      rates.col(shrinkage).segment<3>(first) = along * sample.rate.segment<3>(first);
     }
   }
   sample.nuisances = x;
@@ -102,7 +102,7 @@ Eigen::VectorXd nuisance_sigma(const std::vector<Place>& places, EstimatePose wh
   sigma.head<12>() /= std::sqrt(2.0);
   if (which == EstimatePose::filtered) return sigma;
   sigma.conservativeResize(truths_nuisances + estimators_nuisances);
-  sigma.tail<12>() << Vector6d::Constant(pull_sigma), Vector6d::Constant(skew_sigma);
+  sigma.tail<12>() << Vector6d::Constant(shrinkage_sigma), Vector6d::Constant(skew_sigma);
   return sigma;
 }
 

@@ -77,7 +77,7 @@ class TimelineFinder {
     if (!last_ || next_->utime >= last_->utime) accept(*next_);
     judge_unexplained();
     judge_joints();
-    lay_stretches();
+    place_stretches();
   }
 
  private:
@@ -184,7 +184,7 @@ class TimelineFinder {
     }
   }
 
-  void lay_stretches() {
+  void place_stretches() {
     timeline_.stretches_.push_back({0, first_, 0, 0});
     for (const Break& b : breaks_) {
       if (b.verdict != Break::Verdict::step) continue;

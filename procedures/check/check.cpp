@@ -128,7 +128,7 @@ CheckReport check_procedure(const Procedure& procedure, const RunSetup& setup,
   Rehearsal rehearsal(rig, start.value_or(rig.home()));
   StepCheck steps(rig, report.findings);
   for (const Step& step : procedure.steps) steps.look_at(step, rehearsal.perform(step));
-  append(report.findings, check_sight(procedure, rig, rehearsal));
+  append(report.findings, check_visibility(procedure, rig, rehearsal));
   for (const Step& step : procedure.teardown) steps.look_at(step, rehearsal.perform(step));
   append(report.findings, check_criteria(procedure, rig, rehearsal));
 

@@ -63,8 +63,8 @@ CheckReport check_procedure(const Procedure& procedure, const RunSetup& setup,
 // Its parts.
 
 /// Whether the LIDAR can see the replica wherever it is to be found or tracked.
-std::vector<Finding> check_sight(const Procedure& procedure, const Rig& rig,
-                                 const Rehearsal& rehearsal);
+std::vector<Finding> check_visibility(const Procedure& procedure, const Rig& rig,
+                                      const Rehearsal& rehearsal);
 
 /// The record of a run that goes as rehearsed: truth with the rig's covariance and, with_estimates,
 /// exact estimates at the LIDAR's rate.

@@ -85,7 +85,7 @@ double JudgeLikelihood::of_beam(const RawBeam& beam, const Pose& to_model) const
 }
 
 double JudgeLikelihood::of(const std::vector<RawBeam>& beams, const Pose& pose,
-                           double hopeless) const {
+                           double pruned) const {
   const Pose to_model = pose.inverse();
   // What beams can still add at best.
   const double best = std::max(0.0, log_normal_density(0, std::pow(noise_.range_sigma_m, 2)));
@@ -95,7 +95,7 @@ double JudgeLikelihood::of(const std::vector<RawBeam>& beams, const Pose& pose,
   for (const RawBeam& beam : beams) {
     sum += of_beam(beam, to_model);
     if (beam.status == BeamStatus::hit) left -= best;
-    if (sum + left < hopeless) return hopeless;
+    if (sum + left < pruned) return pruned;
   }
   return sum;
 }
@@ -133,7 +133,7 @@ double JudgeLikelihood::lead(const std::vector<RawBeam>& beams, const Pose& trut
                              const PoseJudge& judge, const std::vector<Pose>& hypotheses,
                              Random random) const {
   const double of_truth = of(beams, truth);
-  const double hopeless = of_truth - 200;
+  const double pruned = of_truth - 200;
   std::vector<Pose> starts = judge.rivals(truth);
   starts.insert(starts.end(), hypotheses.begin(), hypotheses.end());
   struct Rival {
@@ -145,15 +145,15 @@ double JudgeLikelihood::lead(const std::vector<RawBeam>& beams, const Pose& trut
     const Pose polished_pose = polished(beams, start);
     for (const Pose& pose : {start, polished_pose}) {
       if (judge.right(truth, pose)) continue;
-      rivals.push_back({of(beams, pose, hopeless), pose});
+      rivals.push_back({of(beams, pose, pruned), pose});
     }
   }
   std::stable_sort(rivals.begin(), rivals.end(),
                    [](const Rival& a, const Rival& b) { return a.value > b.value; });
   rivals.resize(std::min<std::size_t>(rivals.size(), 3));
-  double best = hopeless;
+  double best = pruned;
   for (Rival& rival : rivals) {
-    if (rival.value <= hopeless) continue;
+    if (rival.value <= pruned) continue;
     for (int i = 0; i < 60 && rival.value < of_truth - decisive; ++i) {
       const double size = 0.005 * std::pow(0.93, i);
       Vector6d step;

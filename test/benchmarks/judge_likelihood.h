@@ -16,8 +16,8 @@ class JudgeLikelihood {
   JudgeLikelihood(const RayCaster& caster, const BeamModel& noise)
       : caster_(caster), noise_(noise) {}
 
-  /// Stops counting below `hopeless`.
-  double of(const std::vector<RawBeam>& beams, const Pose& pose, double hopeless = -1e300) const;
+  /// Stops counting below `pruned`.
+  double of(const std::vector<RawBeam>& beams, const Pose& pose, double pruned = -1e300) const;
 
   /// By how much the truth leads every other pose that was found: rivals, the method's own
   /// hypotheses, each climbed to its local best.

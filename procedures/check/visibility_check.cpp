@@ -44,7 +44,7 @@ std::vector<Vector3d> cover(const Mesh& mesh) {
 std::string percent(double share) { return fixed(100 * share, 0) + " %"; }
 
 /// Visibility of the replica from the LIDAR's place.
-struct Sight {
+struct Visibility {
   double share = 0;     ///< of the surface turned to the sensor that can be measured
   double outside = 0;   ///< of it: beyond the field of view,
   double too_near = 0;  ///<   nearer than the LIDAR's least range or the gate,
@@ -54,10 +54,10 @@ struct Sight {
 };
 
 /// Looks at the target from the sensor's place, ray by ray.
-class Lookout {
+class VisibilityModel {
  public:
-  explicit Lookout(const Rig& rig);
-  Sight look(const Pose& pose, const estimator::RangeGate& gate) const;
+  explicit VisibilityModel(const Rig& rig);
+  Visibility look(const Pose& pose, const estimator::RangeGate& gate) const;
 
  private:
   const Rig& rig_;
@@ -65,16 +65,17 @@ class Lookout {
 };
 
 /// The cause that hides most of the replica.
-std::string hindrance(const Sight& sight, const Rig& rig, const estimator::RangeGate& gate) {
+std::string hindrance(const Visibility& visibility, const Rig& rig,
+                      const estimator::RangeGate& gate) {
   const LidarProfile& lidar = rig.lidar;
-  if (sight.outside >= sight.too_near && sight.outside >= sight.too_far) {
+  if (visibility.outside >= visibility.too_near && visibility.outside >= visibility.too_far) {
     return "the rest lies outside its field of view of " +
            fixed(degrees(lidar.field_of_view_width), 0) + " x " +
            fixed(degrees(lidar.field_of_view_height), 0) + " deg";
   }
-  const std::string lies =
-      "it lies " + fixed(sight.nearest, 2) + " m to " + fixed(sight.farthest, 2) + " m away, ";
-  if (sight.too_near >= sight.too_far) {
+  const std::string lies = "it lies " + fixed(visibility.nearest, 2) + " m to " +
+                           fixed(visibility.farthest, 2) + " m away, ";
+  if (visibility.too_near >= visibility.too_far) {
     return lies + (gate.near > lidar.beam.range_min_m
                        ? "the gate begins at " + fixed(gate.near, 2) + " m"
                        : "its least range is " + fixed(lidar.beam.range_min_m, 2) + " m");
@@ -84,15 +85,16 @@ std::string hindrance(const Sight& sight, const Rig& rig, const estimator::Range
                      : "its greatest range is " + fixed(lidar.beam.range_max_m, 0) + " m");
 }
 
-Lookout::Lookout(const Rig& rig) : rig_(rig), points_(cover(rig.cell.target.mesh)) {}
+VisibilityModel::VisibilityModel(const Rig& rig)
+    : rig_(rig), points_(cover(rig.cell.target.mesh)) {}
 
-Sight Lookout::look(const Pose& pose, const estimator::RangeGate& gate) const {
+Visibility VisibilityModel::look(const Pose& pose, const estimator::RangeGate& gate) const {
   const LidarProfile& lidar = rig_.lidar;
   const Vector3d eye = pose.inverse().position;
   const double min_range = std::max(gate.near, lidar.beam.range_min_m);
   const double greatest = std::min(gate.far, lidar.beam.range_max_m);
-  Sight sight;
-  sight.nearest = std::numeric_limits<double>::infinity();
+  Visibility visibility;
+  visibility.nearest = std::numeric_limits<double>::infinity();
   int turned_here = 0;
   for (const Vector3d& point : points_) {
     const Vector3d way = point - eye;
@@ -100,34 +102,35 @@ Sight Lookout::look(const Pose& pose, const estimator::RangeGate& gate) const {
     constexpr double skin = 1e-3;
     if (range <= skin || rig_.surface.occluded({eye, way / range}, range - skin)) continue;
     ++turned_here;
-    sight.nearest = std::min(sight.nearest, range);
-    sight.farthest = std::max(sight.farthest, range);
+    visibility.nearest = std::min(visibility.nearest, range);
+    visibility.farthest = std::max(visibility.farthest, range);
     const Vector3d seen = pose * point;
     const double azimuth = std::atan2(seen.x(), seen.z());
     const double elevation = std::atan2(-seen.y(), std::hypot(seen.x(), seen.z()));
     if (std::abs(azimuth) > 0.5 * lidar.field_of_view_width ||
         std::abs(elevation) > 0.5 * lidar.field_of_view_height) {
-      ++sight.outside;
+      ++visibility.outside;
     } else if (range < min_range) {
-      ++sight.too_near;
+      ++visibility.too_near;
     } else if (range > greatest) {
-      ++sight.too_far;
+      ++visibility.too_far;
     } else {
-      ++sight.share;
+      ++visibility.share;
     }
   }
-  for (double* count : {&sight.share, &sight.outside, &sight.too_near, &sight.too_far}) {
+  for (double* count :
+       {&visibility.share, &visibility.outside, &visibility.too_near, &visibility.too_far}) {
     *count /= std::max(1, turned_here);
   }
-  return sight;
+  return visibility;
 }
 
 }  // namespace
 
-std::vector<Finding> check_sight(const Procedure& procedure, const Rig& rig,
-                                 const Rehearsal& rehearsal) {
+std::vector<Finding> check_visibility(const Procedure& procedure, const Rig& rig,
+                                      const Rehearsal& rehearsal) {
   std::vector<Finding> findings;
-  const Lookout lookout(rig);
+  const VisibilityModel model(rig);
   const auto& moments = rehearsal.moments();
   estimator::RangeGate gate = rig.estimator.gate;
   for (std::size_t i = 0; i < rehearsal.steps().size(); ++i) {
@@ -146,14 +149,14 @@ std::vector<Finding> check_sight(const Procedure& procedure, const Rig& rig,
     if (acquire == nullptr && !moments[forecast.last_moment].tracked) continue;
     const std::size_t stride =
         std::max<std::size_t>(1, (forecast.last_moment - forecast.first_moment) / looks);
-    Sight worst;
+    Visibility worst;
     double when = 0;
     worst.share = 2;
     for (std::size_t k = forecast.moves ? forecast.first_moment : forecast.last_moment;
          k <= forecast.last_moment; k += stride) {
-      const Sight sight = lookout.look(moments[k].pose, gate);
-      if (sight.share >= worst.share) continue;
-      worst = sight;
+      const Visibility visibility = model.look(moments[k].pose, gate);
+      if (visibility.share >= worst.share) continue;
+      worst = visibility;
       when = moments[k].time - forecast.start;
     }
     if (worst.share >= share_to_see) continue;
