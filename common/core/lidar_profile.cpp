@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/core/lidar_profile.h"
 
+#include "common/core/config.h"
+
 namespace berth {
 
 LidarProfile load_lidar_profile(const std::filesystem::path& path) {
