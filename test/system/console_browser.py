@@ -70,13 +70,19 @@ class Viewer:
             "return e && e.offsetParent !== null && e.getAttribute('aria-disabled') !== 'true'", selector), 15)
         self.browser.find_element(By.CSS_SELECTOR, selector).click()
 
+    def has_control(self):
+        """Takes control again where a busy machine kept the page from renewing it."""
+        if self.body("control") == "nobody":
+            self.click("#take-control")
+        return self.body("control") == "mine"
+
     def steer(self):
-        """Takes control, and again where a busy machine kept the page from saying that it is there."""
+        """Takes control, or gets as far as the dialog that confirms it."""
         if self.body("control") == "mine":
             return
         self.click("#take-control")
-        self.until("control", lambda: self.body("control") == "mine" or
-                   self.script("return document.querySelector('#confirm-dialog').open"), 10)
+        self.until("control", lambda: self.script("return document.querySelector('#confirm-dialog').open") or
+                   self.has_control(), 20)
 
     def use(self, selector, effect, seconds=10):
         """Control, then a click, until it has its effect."""
@@ -217,7 +223,7 @@ def drive(cell):
     second.until("whose it is", lambda: second.body("control") == "other", 10)
     second.click("#take-control")
     assert "lose it" in second.say_yes()
-    second.until("control", lambda: second.body("control") == "mine", 10)
+    second.until("control", second.has_control, 20)
     operator.until("control lost", lambda: operator.body("control") == "other", 10)
     second.abort("enough seen")
     for viewer in (second, operator):
