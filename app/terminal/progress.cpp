@@ -40,11 +40,12 @@ Line& add_word(Line& line, const std::string& word, Style style) {
 
 void Progress::on(const procedure_state_t& message) {
   print_changes(message);
-  state_ = message;
+  latest_.on(message);
 }
 
 void Progress::print_changes(const procedure_state_t& message) {
-  const std::int8_t before = state_ ? state_->state : procedure_state_t::PREPARING;
+  const std::int8_t before =
+      latest_.procedure ? latest_.procedure->state : procedure_state_t::PREPARING;
   print_preparation(message);
   print_steps(message);
   print_prompt(message);
@@ -56,7 +57,8 @@ void Progress::print_changes(const procedure_state_t& message) {
 
 void Progress::print_preparation(const procedure_state_t& message) {
   const bool begins = message.state != procedure_state_t::PREPARING;
-  if (begins && (!state_ || state_->state != procedure_state_t::PREPARING)) return;
+  if (begins && (!latest_.procedure || latest_.procedure->state != procedure_state_t::PREPARING))
+    return;
   const Line stamp = stamped(seconds(message.utime - message.utime_start));
   if (!begins) {
     // The list of missing preconditions shrinks all the time: printed once, and again after a
@@ -92,8 +94,9 @@ void Progress::print_preparation(const procedure_state_t& message) {
 void Progress::print_steps(const procedure_state_t& message) {
   for (std::size_t i = 0; i < message.steps.size(); ++i) {
     const procedure_step_t& step = message.steps[i];
-    const bool known = state_ && i < state_->steps.size();
-    const std::int8_t before = known ? state_->steps[i].state : procedure_step_t::PENDING;
+    const bool known = latest_.procedure && i < latest_.procedure->steps.size();
+    const std::int8_t before =
+        known ? latest_.procedure->steps[i].state : procedure_step_t::PENDING;
     const std::string word = text_of_step(step.state);
     if (step.state == before || word.empty()) continue;
     const bool began = step.utime_start != 0;  // steps that are skipped may never have
@@ -110,9 +113,10 @@ void Progress::print_steps(const procedure_state_t& message) {
 
 void Progress::print_prompt(const procedure_state_t& message) {
   if (message.state != procedure_state_t::PROMPTING) return;
-  const bool shown_before = state_ && state_->state == procedure_state_t::PROMPTING &&
-                            state_->prompt_id == message.prompt_id &&
-                            state_->utime_prompt_expires == message.utime_prompt_expires;
+  const bool shown_before = latest_.procedure &&
+                            latest_.procedure->state == procedure_state_t::PROMPTING &&
+                            latest_.procedure->prompt_id == message.prompt_id &&
+                            latest_.procedure->utime_prompt_expires == message.utime_prompt_expires;
   if (shown_before) return;
   Line line = stamped(seconds(message.utime - message.utime_start));
   add_word(line, "asks", Style::warning).add(message.prompt, Style::strong);
@@ -122,7 +126,7 @@ void Progress::print_prompt(const procedure_state_t& message) {
 }
 
 void Progress::on(const pose_estimate_t& message) {
-  estimate_ = message;
+  latest_.on(message);
   if (message.status != pose_estimate_t::OK) return;
   good_.push_back(message.utime);
   while (message.utime - good_.front() > memory) good_.pop_front();
@@ -134,7 +138,8 @@ void Progress::on(const event_t& message) {
   const bool answer = message.node == "procedure" && message.severity == event_t::NOTICE &&
                       message.code != "prompt";
   if (message.severity < event_t::WARNING && !answer) return;
-  Line line = stamped(state_ ? seconds(message.utime - state_->utime_start) : 0);
+  Line line =
+      stamped(latest_.procedure ? seconds(message.utime - latest_.procedure->utime_start) : 0);
   const bool serious = message.severity > event_t::WARNING;
   add_word(line,
            serious  ? "ERROR"
@@ -147,8 +152,8 @@ void Progress::on(const event_t& message) {
 }
 
 std::vector<Line> Progress::panel() const {
-  if (!state_) return {Line("waiting for the procedure", Style::faint)};
-  std::vector<Line> lines = terminal::panel(*state_);
+  if (!latest_.procedure) return {Line("waiting for the procedure", Style::faint)};
+  std::vector<Line> lines = terminal::panel(*latest_.procedure);
   if (!holder_.empty()) lines.push_back(Line("  " + holder_ + " has control", Style::warning));
   const std::string estimate = status();
   if (!estimate.empty()) lines.push_back(Line("  ").add(estimate));
@@ -157,10 +162,11 @@ std::vector<Line> Progress::panel() const {
 
 std::string Progress::status() const {
   std::string line;
-  if (estimate_) {
-    const Vector3d position = Vector3d::Map(estimate_->position_m);
-    line += format("estimate %s", word_of_status(estimate_->status));
-    if (estimate_->status == pose_estimate_t::OK) line += format(", range %.3f m", position.norm());
+  if (latest_.estimate) {
+    const Vector3d position = Vector3d::Map(latest_.estimate->position_m);
+    line += format("estimate %s", word_of_status(latest_.estimate->status));
+    if (latest_.estimate->status == pose_estimate_t::OK)
+      line += format(", range %.3f m", position.norm());
     if (good_.size() >= 2) {
       line += format(", %.1f Hz",
                      static_cast<double>(good_.size() - 1) / seconds(good_.back() - good_.front()));
@@ -170,23 +176,28 @@ std::string Progress::status() const {
                      degrees(compared->error.tail<3>().norm()));
     }
   }
-  if (testbed_ && testbed_->clearance_m >= 0) {
-    line += (line.empty() ? "" : " | ") + format("clearance %.2f m", testbed_->clearance_m);
+  if (latest_.testbed && latest_.testbed->clearance_m >= 0) {
+    line += (line.empty() ? "" : " | ") + format("clearance %.2f m", latest_.testbed->clearance_m);
   }
-  if (testbed_ && testbed_->speed_override > 0 && testbed_->speed_override < 1) {
-    line += (line.empty() ? "" : " | ") + format("speed %.0f %%", 100 * testbed_->speed_override);
+  if (latest_.testbed && latest_.testbed->speed_override > 0 &&
+      latest_.testbed->speed_override < 1) {
+    line += (line.empty() ? "" : " | ") +
+            format("speed %.0f %%", 100 * latest_.testbed->speed_override);
   }
   return line;
 }
 
-bool Progress::finished() const { return state_ && state_->state == procedure_state_t::FINISHED; }
+bool Progress::finished() const {
+  return latest_.procedure && latest_.procedure->state == procedure_state_t::FINISHED;
+}
 
 std::string Progress::verdict() const {
   if (!finished()) return {};
-  std::string text =
-      state_->criteria.empty() ? "" : evaluation::verdict_table(state_->criteria) + "\n";
-  text += std::string(words::of_outcome(state_->outcome));
-  if (!state_->reason.empty()) text += ": " + state_->reason;
+  std::string text = latest_.procedure->criteria.empty()
+                         ? ""
+                         : evaluation::verdict_table(latest_.procedure->criteria) + "\n";
+  text += std::string(words::of_outcome(latest_.procedure->outcome));
+  if (!latest_.procedure->reason.empty()) text += ": " + latest_.procedure->reason;
   return text + "\n";
 }
 

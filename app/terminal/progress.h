@@ -4,9 +4,6 @@
 #include <berth/event_t.hpp>
 #include <berth/ground_truth_t.hpp>
 #include <berth/operator_control_t.hpp>
-#include <berth/pose_estimate_t.hpp>
-#include <berth/procedure_state_t.hpp>
-#include <berth/testbed_state_t.hpp>
 #include <deque>
 #include <functional>
 #include <optional>
@@ -15,6 +12,7 @@
 
 #include "app/terminal/style.h"
 #include "evaluation/measure/truth_join.h"
+#include "lcmtypes/latest_messages.h"
 
 namespace berth::terminal {
 
@@ -33,7 +31,7 @@ class Progress {
   void on(const run_info_t& message) { error_.on(message); }
   void on(const pose_estimate_t& message);
   void on(const ground_truth_t& message) { error_.on(message); }
-  void on(const testbed_state_t& message) { testbed_ = message; }
+  void on(const testbed_state_t& message) { latest_.on(message); }
   void on(const operator_control_t& message) { holder_ = message.holder; }
   /// Prints warnings and worse, and the commands that the procedure received.
   void on(const event_t& message);
@@ -42,7 +40,7 @@ class Progress {
   std::vector<Line> panel() const;
   /// The estimate: status, range, rate, error, clearance.
   std::string status() const;
-  const std::optional<procedure_state_t>& state() const { return state_; }
+  const std::optional<procedure_state_t>& state() const { return latest_.procedure; }
   bool finished() const;
   /// Outcome and criteria; empty until finished.
   std::string verdict() const;
@@ -56,12 +54,10 @@ class Progress {
 
   Print print_;
   bool with_panel_;
-  std::optional<procedure_state_t> state_;
+  LatestMessages latest_;
   std::string waiting_for_;
   Utime waited_since_ = 0;  // it was printed
   std::string holder_;      // of control; empty: none
-  std::optional<testbed_state_t> testbed_;
-  std::optional<pose_estimate_t> estimate_;
   evaluation::LiveError error_;
   std::deque<Utime> good_;  // times of the good estimates of the last seconds
 };

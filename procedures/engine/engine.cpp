@@ -45,7 +45,7 @@ Engine::Engine(Procedure procedure, EngineOptions options, evaluation::NearestPo
              EstimatorLink(actions, options_.commander),
              FacilityLink(actions, options_.commander),
              InjectionLink(actions, options_.commander),
-             LatestMessages(nearest_)},
+             RunMessages(nearest_)},
       nodes_(options_.required_nodes, options_.supervisor, options_.outside),
       limits_(procedure_.limits) {
   state_.session = options_.commander.session;
@@ -336,7 +336,7 @@ void Engine::wait_out_alarm(const std::string& stopped, Utime now) {
 }
 
 void Engine::target_lost(Utime now) {
-  const auto& estimate = bench_.live.estimate();
+  const auto& estimate = bench_.live.estimate;
   const std::string reason = "the estimator lost the target: no good estimate for " +
                              in_seconds(now - last_good_estimate_) +
                              (estimate && !estimate->reason.empty() ? ": " + estimate->reason : "");

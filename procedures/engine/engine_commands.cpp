@@ -228,7 +228,7 @@ std::string Engine::request_retry(Utime now) {
 
 std::string Engine::request_reset(Utime now) {
   if (!held()) return "nothing is held";
-  const auto& facility = bench_.live.facility();
+  const auto& facility = bench_.live.facility;
   const bool open = facility && !(facility->valid && facility->estop_chain_closed &&
                                   facility->fence_closed && facility->motion_enabled);
   const testbed_state_t& testbed = *bench_.testbed.state();

@@ -6,8 +6,8 @@
 namespace berth::procedures {
 namespace {
 
-std::string why_not_good(const LatestMessages& live) {
-  const auto& estimate = live.estimate();
+std::string why_not_good(const RunMessages& live) {
+  const auto& estimate = live.estimate;
   if (!estimate) return "";
   const std::string why =
       estimate->status == pose_estimate_t::OK ? estimate_defect(*estimate) : estimate->reason;
@@ -91,7 +91,7 @@ class ScanRunner final : public StepRunner {
       detail_ = "the estimator refuses: " + bench.estimator.refusal();
       return StepResult::error;
     }
-    const auto& lidar = bench.live.lidar();
+    const auto& lidar = bench.live.lidar;
     const bool done = lidar && lidar->scan_id >= bench.estimator.first_scan_id() &&
                       lidar->state == lidar_state_t::IDLE;
     if (!done) return StepResult::running;

@@ -31,7 +31,7 @@ LimitWatch::LimitWatch(std::vector<Limit> limits) {
   }
 }
 
-std::optional<LimitWatch::Broken> LimitWatch::look(const LatestMessages& live, int step,
+std::optional<LimitWatch::Broken> LimitWatch::look(const RunMessages& live, int step,
                                                    const std::string& phase) {
   std::optional<Broken> gravest;
   for (std::size_t i = 0; i < watched_.size(); ++i) {

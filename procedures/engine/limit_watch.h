@@ -23,7 +23,7 @@ class LimitWatch {
 
   /// Evaluates the limits that apply to this step.
   /// @return the gravest of those that are newly broken: fail and abort before hold
-  std::optional<Broken> look(const LatestMessages& live, int step, const std::string& phase);
+  std::optional<Broken> look(const RunMessages& live, int step, const std::string& phase);
   /// The limits that are broken now, as text; empty: none.
   std::string broken_now() const;
   /// Values and limits of the last evaluation, for observers.

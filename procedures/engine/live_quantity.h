@@ -1,31 +1,26 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <berth/facility_state_t.hpp>
 #include <berth/ground_truth_t.hpp>
-#include <berth/lidar_state_t.hpp>
-#include <berth/pose_estimate_t.hpp>
-#include <berth/testbed_state_t.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "common/core/quantity.h"
 #include "evaluation/measure/measurer.h"
+#include "lcmtypes/latest_messages.h"
 
 namespace berth::procedures {
 
-/// The latest messages while a procedure runs, from which live quantities are computed.
-class LatestMessages {
+/// The latest messages while a procedure runs, with the history that live quantities need.
+class RunMessages : public LatestMessages {
  public:
-  explicit LatestMessages(evaluation::NearestPoint nearest) : nearest_(std::move(nearest)) {}
+  explicit RunMessages(evaluation::NearestPoint nearest) : nearest_(std::move(nearest)) {}
 
+  using LatestMessages::on;
   void on(const run_info_t& message) { error_.on(message); }
   void on(const pose_estimate_t& message, Utime now);
   void on(const ground_truth_t& message) { error_.on(message); }
-  void on(const testbed_state_t& message) { testbed_ = message; }
-  void on(const facility_state_t& message) { facility_ = message; }
-  void on(const lidar_state_t& message) { lidar_ = message; }
 
   void set_time(Utime now) { now_ = now; }
   void begin_run(Utime now) { run_start_ = now; }
@@ -37,7 +32,6 @@ class LatestMessages {
   Utime phase_start() const { return phase_start_; }  ///< begin of the present phase
   Utime step_start() const { return step_start_; }
 
-  const std::optional<pose_estimate_t>& estimate() const { return estimate_; }
   /// When a good estimate was last received; 0: never.
   Utime last_good_estimate() const { return last_good_; }
   /// Received since the phase began.
@@ -48,9 +42,6 @@ class LatestMessages {
   std::optional<Vector6d> error() const;
   /// From the sensor to the target's nearest surface, by truth; nothing without truth or mesh.
   std::optional<double> surface_range() const;
-  const std::optional<testbed_state_t>& testbed() const { return testbed_; }
-  const std::optional<facility_state_t>& facility() const { return facility_; }
-  const std::optional<lidar_state_t>& lidar() const { return lidar_; }
 
  private:
   /// Older values count as unknown.
@@ -61,13 +52,9 @@ class LatestMessages {
   Utime run_start_ = 0;
   Utime phase_start_ = 0;
   Utime step_start_ = 0;
-  std::optional<pose_estimate_t> estimate_;
   Utime last_good_ = 0;
   int good_estimates_ = 0;
   evaluation::LiveError error_;
-  std::optional<testbed_state_t> testbed_;
-  std::optional<facility_state_t> facility_;
-  std::optional<lidar_state_t> lidar_;
 };
 
 /// A named quantity that can be read at any time while a procedure runs: for conditions, limits and
@@ -79,7 +66,7 @@ struct LiveQuantity {
   double unit_si;    ///< size of that unit
   std::string description;
   double (*value)(
-      const LatestMessages& live);      ///< SI; of a state the index of its word; NaN: not known
+      const RunMessages& live);         ///< SI; of a state the index of its word; NaN: not known
   std::vector<std::string> words = {};  ///< of a state; empty for a quantity
 
   bool is_state() const { return !words.empty(); }

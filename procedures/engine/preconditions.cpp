@@ -25,8 +25,8 @@ precondition_t testbed_ready(const TestbedLink& testbed, bool going_on) {
       words->text(state->state) + (state->reason.empty() ? "" : ": " + state->reason));
 }
 
-void add_facility(std::vector<precondition_t>& list, const LatestMessages& live) {
-  const auto& facility = live.facility();
+void add_facility(std::vector<precondition_t>& list, const RunMessages& live) {
+  const auto& facility = live.facility;
   const bool known = facility && facility->valid;
   const std::string silent = facility ? "the PLC does not answer: " + facility->reason
                                       : std::string("nothing received from the facility driver");
@@ -40,8 +40,8 @@ void add_facility(std::vector<precondition_t>& list, const LatestMessages& live)
   circuit("fence", known && facility->fence_closed);
 }
 
-precondition_t lidar_ready(const LatestMessages& live) {
-  const auto& lidar = live.lidar();
+precondition_t lidar_ready(const RunMessages& live) {
+  const auto& lidar = live.lidar;
   if (!lidar) return make_precondition("LIDAR", false, "nothing received");
   const bool ready = lidar->state == lidar_state_t::IDLE || lidar->state == lidar_state_t::SCANNING;
   return make_precondition("LIDAR", ready,

@@ -18,7 +18,7 @@ struct Bench {
   EstimatorLink estimator;
   FacilityLink facility;
   InjectionLink injections;
-  LatestMessages live;
+  RunMessages live;
 };
 
 enum class StepResult { running, passed, failed, error };

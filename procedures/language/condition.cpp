@@ -93,7 +93,7 @@ bool holds(const Clause& clause, double value) {
 
 }  // namespace
 
-bool Condition::met(const LatestMessages& live, std::string& found) const {
+bool Condition::met(const RunMessages& live, std::string& found) const {
   found.clear();
   bool all = true;
   bool one = false;

@@ -29,7 +29,7 @@ struct Condition {
 
   /// Whether it holds now. With an unknown quantity it does not. found: the present values as text:
   /// "estimated_range 4.52 m".
-  bool met(const LatestMessages& live, std::string& found) const;
+  bool met(const RunMessages& live, std::string& found) const;
 };
 
 /// @throws InputError "found '...', expected ...", without file and line.

@@ -35,7 +35,7 @@ std::vector<std::uint64_t> read_fixed(Config& config) {
     }
     seeds.push_back(value);
   };
-  if (config.has("fixed") && config.node().at("fixed").is_list()) {
+  if (config.raw("fixed", "whole number, or list of them").is_list()) {
     const auto list = config.integers("fixed");
     if (std::ssize(list) > max_seeds) throw config.error("fixed", "expected at most 10000 seeds");
     for (const std::int64_t seed : list) add(seed);
@@ -59,7 +59,7 @@ Seeds read_seeds(Config& parent, const Seeds& otherwise) {
 /// A list of words, or one word; one empty word when the key is missing.
 std::vector<std::string> words(Config& config, const std::string& key) {
   std::vector<std::string> list;
-  if (config.has(key) && config.node().at(key).is_text()) return {config.text(key)};
+  if (config.raw(key, "text, or list of texts").is_text()) return {config.text(key)};
   config.optional(key, list);
   if (list.empty() && config.has(key)) throw config.error(key, "found an empty list");
   if (list.empty()) list.emplace_back();

@@ -35,7 +35,7 @@ Commander CellClient::commander(const std::string& operator_name) const {
 }
 
 void CellClient::on(const testbed_state_t& state) {
-  testbed_ = state;
+  latest_.on(state);
   if (links_) links_->testbed.on(state);
   if (hold_) {
     hold_->on(state);
@@ -48,7 +48,7 @@ void CellClient::on(const testbed_state_t& state) {
 }
 
 void CellClient::on(const facility_state_t& state) {
-  facility_ = state;
+  latest_.on(state);
   if (links_) links_->facility.on(state);
 }
 
@@ -89,7 +89,7 @@ void CellClient::take(const std::string& operator_name) {
   taken_for_ = operator_name;
   links_ = std::make_unique<Links>(
       Links{{actions(), commander(operator_name)}, {actions(), commander(operator_name)}});
-  if (facility_) links_->facility.on(*facility_);
+  if (latest_.facility) links_->facility.on(*latest_.facility);
   links_->testbed.take_lease(loop_.now());
 }
 
@@ -111,8 +111,9 @@ void CellClient::set_speed(double override, Done done) {
 }
 
 void CellClient::set_lamps(const std::string& text, Done done) {
-  if (!facility_ || facility_->valid == 0) throw InputError("the facility does not answer");
-  const facility_command_t command = procedures::lamps_of(text, *facility_);
+  if (!latest_.facility || latest_.facility->valid == 0)
+    throw InputError("the facility does not answer");
+  const facility_command_t command = procedures::lamps_of(text, *latest_.facility);
   wait(lamps_waiting_, std::move(done));
   if (links_) links_->facility.command(command, loop_.now());
 }

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <berth/facility_state_t.hpp>
-#include <berth/testbed_state_t.hpp>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "common/bus/bus.h"
+#include "lcmtypes/latest_messages.h"
 #include "procedures/engine/links.h"
 
 namespace berth::console {
@@ -33,7 +32,7 @@ class CellClient final : private procedures::Actions {
   const std::string& taken_for() const { return taken_for_; }
   bool has_lease() const { return links_ && links_->testbed.has_lease(); }
   /// The testbed's commander, as it reports.
-  std::string lease_holder() const { return testbed_ ? testbed_->lease_holder : ""; }
+  std::string lease_holder() const { return latest_.testbed ? latest_.testbed->lease_holder : ""; }
 
   /// Brings what moves to rest; needs no lease. Repeated until the testbed answers, also after
   /// done is called with that it has not within 2 s.
@@ -43,7 +42,7 @@ class CellClient final : private procedures::Actions {
   /// @throws InputError for words that are none of lamps, or when the facility does not answer.
   void set_lamps(const std::string& text, Done done);
 
-  const std::optional<testbed_state_t>& testbed() const { return testbed_; }
+  const std::optional<testbed_state_t>& testbed() const { return latest_.testbed; }
 
  private:
   struct Links {
@@ -80,8 +79,7 @@ class CellClient final : private procedures::Actions {
   Waiting hold_waiting_;
   Waiting speed_waiting_;
   Waiting lamps_waiting_;
-  std::optional<testbed_state_t> testbed_;
-  std::optional<facility_state_t> facility_;
+  LatestMessages latest_;
 };
 
 }  // namespace berth::console

@@ -19,7 +19,7 @@ void keep(const logs::LogEvent& event, const char* channel, std::optional<Messag
 
 }  // namespace
 
-void LatestMessages::take(const logs::LogEvent& event) {
+void CellMessages::take(const logs::LogEvent& event) {
   keep(event, channels::arm_state_replica, replica_arm);
   keep(event, channels::arm_state_sensor, sensor_arm);
   keep(event, channels::facility_state, facility);
@@ -36,7 +36,7 @@ void LatestMessages::take(const logs::LogEvent& event) {
   }
 }
 
-std::optional<evaluation::TruthSample> LatestMessages::truth_at(Utime now) const {
+std::optional<evaluation::TruthSample> CellMessages::truth_at(Utime now) const {
   return truth && now - truth->utime <= second ? truth : std::nullopt;
 }
 
@@ -51,7 +51,7 @@ std::string with_reason(const std::string& what, const std::string& reason) {
   return reason.empty() ? what : what + ": " + reason;
 }
 
-std::string stopped(const LatestMessages& latest) {
+std::string stopped(const CellMessages& latest) {
   if (latest.facility && latest.facility->valid) {
     if (!latest.facility->estop_chain_closed) return "E-stop chain open";
     if (!latest.facility->fence_closed) return "fence open";
@@ -68,7 +68,7 @@ std::string stopped(const LatestMessages& latest) {
   return {};
 }
 
-std::string node_trouble(const LatestMessages& latest, Utime now) {
+std::string node_trouble(const CellMessages& latest, Utime now) {
   for (const auto& [name, beat] : latest.beats) {
     const auto status = latest.nodes.find(name);
     // A node that reported its stop may be silent.
@@ -87,7 +87,7 @@ std::string node_trouble(const LatestMessages& latest, Utime now) {
   return {};
 }
 
-std::string attention(const LatestMessages& latest, Utime now) {
+std::string attention(const CellMessages& latest, Utime now) {
   if (latest.beats.empty()) return "no heartbeat from any node";
   const std::string trouble = node_trouble(latest, now);
   if (!trouble.empty()) return trouble;
@@ -113,7 +113,7 @@ std::string attention(const LatestMessages& latest, Utime now) {
   return {};
 }
 
-std::string held(const LatestMessages& latest) {
+std::string held(const CellMessages& latest) {
   if (latest.procedure && latest.procedure->state == procedure_state_t::HELD) {
     return with_reason("procedure held", latest.procedure->reason);
   }
@@ -123,7 +123,7 @@ std::string held(const LatestMessages& latest) {
   return {};
 }
 
-std::string moving(const LatestMessages& latest) {
+std::string moving(const CellMessages& latest) {
   double fastest = 0;
   for (const auto* arm : {&latest.replica_arm, &latest.sensor_arm}) {
     if (*arm && (*arm)->valid) fastest = std::max(fastest, std::abs((*arm)->tcp_speed_m_s));
@@ -138,7 +138,7 @@ std::string moving(const LatestMessages& latest) {
 
 }  // namespace
 
-CellStatus cell_status(const LatestMessages& latest, Utime now) {
+CellStatus cell_status(const CellMessages& latest, Utime now) {
   if (std::string why = stopped(latest); !why.empty()) return {"stop", why};
   if (std::string why = attention(latest, now); !why.empty()) {
     const std::string motion = moving(latest);

@@ -1,31 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <berth/arm_state_t.hpp>
-#include <berth/facility_state_t.hpp>
-#include <berth/lidar_state_t.hpp>
 #include <berth/node_status_t.hpp>
-#include <berth/pose_estimate_t.hpp>
-#include <berth/procedure_state_t.hpp>
-#include <berth/testbed_state_t.hpp>
 #include <map>
 #include <optional>
 #include <string>
 
 #include "evaluation/run/truth_track.h"
+#include "lcmtypes/latest_messages.h"
 #include "logs/file/log_event.h"
 
 namespace berth::console {
 
-/// The newest of everything that more than one section needs.
-struct LatestMessages {
-  std::optional<arm_state_t> replica_arm;
-  std::optional<arm_state_t> sensor_arm;
-  std::optional<facility_state_t> facility;
-  std::optional<lidar_state_t> lidar;
-  std::optional<pose_estimate_t> estimate;
-  std::optional<procedure_state_t> procedure;
-  std::optional<testbed_state_t> testbed;
+/// The latest messages that more than one section needs.
+struct CellMessages : LatestMessages {
   std::optional<evaluation::TruthSample> truth;
   std::map<std::string, node_status_t> nodes;
   std::map<std::string, Utime> beats;  ///< when each node's heartbeat was last received
@@ -52,6 +40,6 @@ struct CellStatus {
 ///   moving     an arm moves, or a motion is being carried out
 ///   safe       none of these
 /// The word describes; what makes the cell safe is its PLC and its controllers.
-CellStatus cell_status(const LatestMessages& latest, Utime now);
+CellStatus cell_status(const CellMessages& latest, Utime now);
 
 }  // namespace berth::console

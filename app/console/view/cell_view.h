@@ -81,7 +81,7 @@ class CellView {
   Sink& sink_;
   Options options_;
 
-  LatestMessages latest_;
+  CellMessages latest_;
   Frames frames_;
   ScanSection scan_;
   ChannelHealth channel_health_;

@@ -110,7 +110,7 @@ std::string ChannelHealth::channels_json(Utime now) const {
   return text_of(list);
 }
 
-std::string ChannelHealth::nodes_json(const LatestMessages& latest, Utime now) const {
+std::string ChannelHealth::nodes_json(const CellMessages& latest, Utime now) const {
   Json list = Json::array();
   for (const auto& [name, beat] : latest.beats) {
     Json node = {{"node", name}, {"age_s", rounded(seconds(now - beat), 1e-3)}};

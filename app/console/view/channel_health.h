@@ -20,7 +20,7 @@ class ChannelHealth {
 
   void take(const logs::LogEvent& event);
   std::string channels_json(Utime now) const;
-  std::string nodes_json(const LatestMessages& latest, Utime now) const;
+  std::string nodes_json(const CellMessages& latest, Utime now) const;
 
  private:
   /// What one node publishes on a channel that several share.

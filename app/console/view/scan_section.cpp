@@ -68,7 +68,7 @@ void ScanSection::take(const logs::LogEvent& event) {
   }
 }
 
-std::string ScanSection::json(const LatestMessages& latest) const {
+std::string ScanSection::json(const CellMessages& latest) const {
   const bool known = request_ && request_->scan_id == scan_id_;
   Json windows = Json::array();
   if (known) {
@@ -88,7 +88,7 @@ std::string ScanSection::json(const LatestMessages& latest) const {
                   {"windows", windows}});
 }
 
-void ScanSection::publish(const LatestMessages& latest, Sink& sink) {
+void ScanSection::publish(const CellMessages& latest, Sink& sink) {
   if (!std::exchange(changed_, false)) return;
   if (std::exchange(is_new_, false)) sink.reset("returns");
   sink.set("scan", json(latest));

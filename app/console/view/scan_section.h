@@ -17,11 +17,11 @@ class ScanSection {
  public:
   void take(const logs::LogEvent& event);
   /// Writes what changed since the last time.
-  void publish(const LatestMessages& latest, Sink& sink);
+  void publish(const CellMessages& latest, Sink& sink);
 
  private:
   void begin(std::int64_t scan_id);
-  std::string json(const LatestMessages& latest) const;
+  std::string json(const CellMessages& latest) const;
 
   std::optional<scan_request_t> request_;  // of this scan, or of one that has not begun
   std::int64_t scan_id_ = 0;

@@ -95,13 +95,13 @@ std::map<std::string, std::string> mesh_texts(const std::vector<DrawnBody>& bodi
 Frames::Frames(const Cell& cell)
     : cell_(&cell), replica_(cell.replica.home), sensor_(cell.sensor.home) {}
 
-void Frames::take(const LatestMessages& latest) {
+void Frames::take(const CellMessages& latest) {
   // Where an arm was seen last is the best guess while its controller is silent.
   if (const auto joints = reported_joints(latest.replica_arm)) replica_ = *joints;
   if (const auto joints = reported_joints(latest.sensor_arm)) sensor_ = *joints;
 }
 
-Json Frames::json(const LatestMessages& latest, Utime now) const {
+Json Frames::json(const CellMessages& latest, Utime now) const {
   Json frames = Json::object();
   const auto add_arm = [&frames](const PlacedArm& arm, const Joints& joints) {
     const auto links = arm.kinematics->link_poses(joints);

@@ -39,8 +39,8 @@ class Frames {
   /// The cell must outlive it.
   explicit Frames(const Cell& cell);
 
-  void take(const LatestMessages& latest);
-  Json json(const LatestMessages& latest, Utime now) const;
+  void take(const CellMessages& latest);
+  Json json(const CellMessages& latest, Utime now) const;
 
   const Joints& replica_joints() const { return replica_; }
   const Joints& sensor_joints() const { return sensor_; }

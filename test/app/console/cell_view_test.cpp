@@ -272,7 +272,7 @@ TEST_CASE("the ellipsoid's axes are those of the covariance") {
 
 TEST_CASE("the status of the whole cell is the worst of its conditions") {
   const Utime now = made::start;
-  LatestMessages latest;
+  CellMessages latest;
   CHECK(cell_status(latest, now).word == "attention");  // no messages
   latest.beats["testbed"] = now;
   CHECK(cell_status(latest, now).word == "safe");
