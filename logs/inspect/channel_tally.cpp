@@ -156,12 +156,12 @@ double ChannelTally::rate_hz() const {
 }
 
 const StructType* ChannelTally::type() const {
-  const TypeCount* most_frequent = nullptr;
+  const TypeCount* dominant = nullptr;
   for (const TypeCount& c : counts_) {
-    if (c.type != nullptr && (most_frequent == nullptr || c.messages > most_frequent->messages))
-      most_frequent = &c;
+    if (c.type != nullptr && (dominant == nullptr || c.messages > dominant->messages))
+      dominant = &c;
   }
-  return most_frequent == nullptr ? nullptr : most_frequent->type;
+  return dominant == nullptr ? nullptr : dominant->type;
 }
 
 std::int64_t ChannelTally::missing() const {

@@ -20,6 +20,7 @@ class RunMessages : public LatestMessages {
   using LatestMessages::on;
   void on(const run_info_t& message) { error_.on(message); }
   void on(const pose_estimate_t& message, Utime now);
+  void on(const pose_estimate_t& message) = delete;  // its time counts
   void on(const ground_truth_t& message) { error_.on(message); }
 
   void set_time(Utime now) { now_ = now; }
