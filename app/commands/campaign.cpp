@@ -12,6 +12,7 @@
 #include "app/batch/campaigns/report.h"
 #include "app/batch/campaigns/results.h"
 #include "app/batch/campaigns/runner.h"
+#include "app/batch/campaigns/trial_store.h"
 #include "app/batch/campaigns/vocabulary.h"
 #include "app/batch/pool.h"
 #include "app/commands/campaign_slurm.h"
@@ -73,13 +74,13 @@ RunnerCost run_here(const Campaign& campaign, const std::vector<Block>& blocks, 
 constexpr std::size_t max_broken_listed = 10;
 constexpr std::int64_t max_points_shown = 60;
 
-void print_points(const Campaign& campaign, const std::vector<TrialResult>& results) {
+void print_points(const Campaign& campaign) {
   const Manifest& manifest = campaign.manifest();
   const auto points = static_cast<std::size_t>(manifest.points());
-  std::vector<std::vector<const TrialResult*>> of_point(points);
-  for (const TrialResult& result : results) {
-    of_point[static_cast<std::size_t>(result.point)].push_back(&result);
-  }
+  std::vector<std::vector<TrialResult>> of_point(points);
+  for_each_trial(manifest, campaign.results_file(), [&](const TrialResult& result) {
+    of_point[static_cast<std::size_t>(result.point)].push_back(result);
+  });
   Table table{std::string(manifest.grid.size(), 'l')};
   for (const Parameter& axis : manifest.grid) table.head.push_back(axis.name);
   table.head.insert(table.head.end(), {"trials", "passed"});
@@ -89,16 +90,17 @@ void print_points(const Campaign& campaign, const std::vector<TrialResult>& resu
   for (const auto& of : of_point) {
     if (of.empty()) continue;
     auto& line = table.rows.emplace_back();
-    const auto passed = std::count_if(of.begin(), of.end(), [](auto* r) { return r->passed(); });
+    const auto passed =
+        std::count_if(of.begin(), of.end(), [](const auto& r) { return r.passed(); });
     for (std::size_t axis = 0; axis < manifest.grid.size(); ++axis) {
-      line.push_back(of.front()->parameters[axis].second);
+      line.push_back(of.front().parameters[axis].second);
     }
     line.push_back(std::to_string(of.size()));
     line.push_back(fixed(100.0 * static_cast<double>(passed) / static_cast<double>(of.size()), 2) +
                    " %");
     for (const KeptMeasurement& kept : manifest.measurements) {
       std::vector<double> values;
-      for (const TrialResult* r : of) values.push_back(r->measurement(kept.name));
+      for (const TrialResult& r : of) values.push_back(r.measurement(kept.name));
       line.push_back(shown(median(finite(std::move(values)))));
     }
   }
@@ -108,7 +110,7 @@ void print_points(const Campaign& campaign, const std::vector<TrialResult>& resu
 /// Each point of the grid, failures by kind, what is broken or missing.
 void print_summary(const Campaign& campaign, const Summary& summary) {
   if (summary.present > 0 && campaign.manifest().points() <= max_points_shown) {
-    print_points(campaign, read_results(campaign.trials_file()));
+    print_points(campaign);
   }
   std::printf("%lld of %lld trials", static_cast<long long>(summary.present),
               static_cast<long long>(summary.trials));

@@ -207,6 +207,7 @@ Campaign Campaign::open(const fs::path& directory) {
     campaign.manifest_ =
         parse_manifest(read_file(at / manifest_file), (at / manifest_file).string(), &places);
     campaign.build_ = record.at("identity").at("berth");
+    campaign.created_ = record.at("created");
     campaign.manifest_.name = record.at("name");
     campaign.manifest_.trials = record.at("trials");
     campaign.manifest_.block = record.at("block");
@@ -220,6 +221,15 @@ void Campaign::require_this_build() const {
   if (build_ == version()) return;
   throw InputError(directory_.string() + ": was begun with Berth " + build_ + ", this is " +
                    version() + ": results must not be mixed");
+}
+
+BatchRecord Campaign::batch() const {
+  BatchRecord batch;
+  batch.name = manifest_.name;
+  batch.begun = created_;
+  batch.plan_hash = sha256(manifest_.text);
+  batch.build = batch.version = build_;
+  return batch;
 }
 
 std::vector<Block> Campaign::blocks() const {

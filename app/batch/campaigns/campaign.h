@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/batch/campaigns/trial.h"
+#include "app/batch/result_store.h"
 
 namespace berth::campaigns {
 
@@ -24,11 +25,14 @@ struct Block {
 ///     procedure/, config/, target/    what the trials use
 ///     blocks/           results of finished blocks, and of those under way (.started)
 /// and after the merge:
-///     trials.jsonl      all results, in order, one line each
+///     results.sqlite    all results, in order: what the report and the summary are made of
+///     trials.jsonl      the same for other programs, one line each
 ///     summary.json      counts, failures, what is missing
 ///     report.html, report.json, SHA256SUMS
 class Campaign {
  public:
+  static constexpr char results_name[] = "results.sqlite";
+
   /// @throws InputError when the directory is there and holds something else.
   static void require_place(const std::filesystem::path& directory);
   /// Makes the directory, or opens the one that is there when it is of the same campaign.
@@ -47,6 +51,9 @@ class Campaign {
   /// As run: with the trials requested, and with places inside the directory.
   const Manifest& manifest() const { return manifest_; }
 
+  /// What the results say of it as a whole.
+  BatchRecord batch() const;
+
   /// All blocks, in order. The same for any number of workers and any engine.
   std::vector<Block> blocks() const;
   /// Those that have no result yet.
@@ -54,13 +61,15 @@ class Campaign {
 
   std::filesystem::path block_file(const Block& block) const;
   std::filesystem::path started_file(const Block& block) const;
+  std::filesystem::path results_file() const { return directory_ / results_name; }
   std::filesystem::path trials_file() const { return directory_ / "trials.jsonl"; }
   std::filesystem::path report_file() const { return directory_ / "report.html"; }
 
  private:
   std::filesystem::path directory_;
   Manifest manifest_;
-  std::string build_;  ///< version() of the one that made it
+  std::string build_;    ///< version() of the one that made it
+  std::string created_;  ///< UTC
 };
 
 }  // namespace berth::campaigns

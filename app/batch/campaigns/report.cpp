@@ -137,8 +137,8 @@ Html manifest_section(const ReportView& view) {
   for (const char* key : {"machine", "compiler", "created"})
     rows += fact(key, record.value(key, ""));
   Html files;
-  for (const char* file :
-       {"campaign.yaml", "campaign.json", "trials.jsonl", "summary.json", "report.json"}) {
+  for (const char* file : {"campaign.yaml", "campaign.json", "results.sqlite", "trials.jsonl",
+                           "summary.json", "report.json"}) {
     if (!std::filesystem::exists(view.directory / file)) continue;
     files += (files.empty() ? Html{} : text(" · ")) + link(file, text(file));
   }
@@ -181,7 +181,7 @@ std::string id_of(std::size_t number) { return "parameter-" + std::to_string(num
 }  // namespace
 
 void write_report(const Manifest& manifest, const std::filesystem::path& directory) {
-  const TrialTable table = read_trials(manifest, directory / "trials.jsonl");
+  const TrialTable table = read_trials(manifest, directory / Campaign::results_name);
   const ReportView view{manifest, directory, table, group_of(table, "all", 0, all_rows(table)),
                         sweeps_of(table)};
   write_file(directory / "report.json", json_text(numbers_of(view), 1) + "\n");

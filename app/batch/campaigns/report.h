@@ -6,7 +6,7 @@
 namespace berth::campaigns {
 
 /// Writes report.html, one file that needs nothing else, and report.json, its numbers, from the
-/// trials.jsonl of a campaign's directory; of a campaign that is not complete, what is there.
+/// results.sqlite of a campaign's directory; of a campaign that is not complete, what is there.
 /// @param manifest of the campaign, as run
 /// @throws InputError when there are no trials, or a file cannot be read or written.
 void write_report(const Manifest& manifest, const std::filesystem::path& directory);

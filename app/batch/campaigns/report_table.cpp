@@ -3,11 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <numeric>
 
-#include "app/batch/campaigns/results.h"
-#include "common/core/error.h"
+#include "app/batch/campaigns/trial_store.h"
 #include "common/core/text.h"
 
 namespace berth::campaigns {
@@ -199,14 +197,9 @@ void TrialTable::add(const TrialResult& result) {
   }
 }
 
-TrialTable read_trials(const Manifest& manifest, const std::filesystem::path& trials_file) {
-  std::ifstream file(trials_file, std::ios::binary);
-  if (!file) throw InputError(trials_file.string() + ": cannot be read");
+TrialTable read_trials(const Manifest& manifest, const std::filesystem::path& file) {
   TrialTable table(manifest);
-  std::string line;
-  while (std::getline(file, line)) {
-    table.add(result_of_line(line, trials_file.string() + ":" + std::to_string(table.size() + 1)));
-  }
+  for_each_trial(manifest, file, [&](const TrialResult& trial) { table.add(trial); });
   return table;
 }
 

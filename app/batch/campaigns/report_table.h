@@ -55,8 +55,8 @@ struct TrialTable {
   std::vector<Source> sources_;  ///< of parameters
 };
 
-/// @throws InputError when the file cannot be read or a line is no result.
-TrialTable read_trials(const Manifest& manifest, const std::filesystem::path& trials_file);
+/// From a results.sqlite. @throws InputError when it is missing, or one of another kind.
+TrialTable read_trials(const Manifest& manifest, const std::filesystem::path& file);
 
 /// Which rows of a table.
 using Rows = std::vector<std::size_t>;

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "app/batch/campaigns/trial_store.h"
 #include "app/host_name.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
@@ -41,6 +42,16 @@ std::vector<TrialResult> read_whole_lines(const fs::path& file) {
   } catch (const InputError&) {
     // What comes behind a damaged line cannot be trusted either.
   }
+  return results;
+}
+
+/// @throws InputError.
+std::vector<TrialResult> read_block(const fs::path& file, const std::string& text) {
+  std::vector<TrialResult> results;
+  for_each_line(text, [&](const std::string& line) {
+    results.push_back(
+        result_of_line(line, file.string() + ":" + std::to_string(results.size() + 1)));
+  });
   return results;
 }
 
@@ -126,15 +137,6 @@ TrialResult result_of_line(const std::string& line, const std::string& where) {
   return result;
 }
 
-std::vector<TrialResult> read_results(const fs::path& file) {
-  std::vector<TrialResult> results;
-  for_each_line(read_file(file), [&](const std::string& line) {
-    results.push_back(
-        result_of_line(line, file.string() + ":" + std::to_string(results.size() + 1)));
-  });
-  return results;
-}
-
 BlockWriter::BlockWriter(const Campaign& campaign, const Block& block)
     : block_file_(campaign.block_file(block)),
       started_file_(campaign.started_file(block)),
@@ -180,21 +182,28 @@ void BlockWriter::write(const std::string& text) {
 Summary merge(const Campaign& campaign) {
   Summary summary;
   summary.trials = campaign.manifest().total();
-  WholeFile out(campaign.trials_file());  // a block at a time: too long for the memory, maybe
+  // A block at a time: too long for the memory, maybe.
+  WholeFile lines(campaign.trials_file());
+  TrialWriter store(campaign.manifest(), campaign.results_file(), campaign.batch());
   for (const Block& block : campaign.blocks()) {
     const fs::path file = campaign.block_file(block);
     if (!fs::exists(file)) {
       summary.missing.push_back(block);
       continue;
     }
+    const std::string text = read_file(file);
+    std::vector<TrialResult> results;
     try {
-      count(read_results(file), block, summary);
+      results = read_block(file, text);
+      count(results, block, summary);
     } catch (const InputError& e) {
       throw InputError(file.string() + ": " + e.what() + "; delete it, and the trials run again");
     }
-    out.write(read_file(file));
+    store.add(results);
+    lines.write(text);
   }
-  out.finish();
+  store.finish();
+  lines.finish();
   write_summary(campaign, summary);
   return summary;
 }

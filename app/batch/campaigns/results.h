@@ -16,9 +16,6 @@ std::string line_of(const TrialResult& result);
 /// @param where "file:line", for messages. @throws InputError when it is no such line.
 TrialResult result_of_line(const std::string& line, const std::string& where);
 
-/// The results in a file of lines. @throws InputError.
-std::vector<TrialResult> read_results(const std::filesystem::path& file);
-
 /// Writes the results of one block: into its .started file, a whole line for each trial as it
 /// comes, and at the end, whole or not at all, into its own. What an earlier worker left is taken
 /// over.
@@ -60,8 +57,8 @@ struct Summary {
   bool complete() const { return present == trials; }
 };
 
-/// Joins the results of finished blocks into trials.jsonl and writes summary.json. Takes whatever
-/// is there; may be repeated. @throws InputError.
+/// Joins the results of finished blocks into results.sqlite and, for other programs, trials.jsonl;
+/// writes summary.json. Takes whatever is there; may be repeated. @throws InputError.
 Summary merge(const Campaign& campaign);
 
 /// What the processes took.

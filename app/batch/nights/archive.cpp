@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "common/core/child_process.h"
@@ -23,16 +22,11 @@ std::vector<std::string> runs_in(const fs::path& directory) {
   return runs;
 }
 
-double number(const nlohmann::json& value) {
-  return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
-}
-
 /// From what `berth reestimate --json` prints.
-ArchiveResult archive_result(const std::string& text, const evaluation::MinimumEffect& minimum) {
-  const auto json = nlohmann::json::parse(text);
-  ArchiveResult result;
-  for (const auto& entry : json.at("runs")) {
-    ArchivedRun& run = result.runs.emplace_back();
+std::vector<ArchivedRun> archived_runs(const std::string& text) {
+  std::vector<ArchivedRun> runs;
+  for (const auto& entry : nlohmann::json::parse(text).at("runs")) {
+    ArchivedRun& run = runs.emplace_back();
     const fs::path log = entry.at("recorded").get<std::string>();
     run.name = log.parent_path().filename().string();
     run.error = entry.value("error", "");
@@ -41,27 +35,22 @@ ArchiveResult archive_result(const std::string& text, const evaluation::MinimumE
     run.same = entry.at("estimates_same");
     run.verdict = entry.at("change").at("verdict");
   }
-  for (const auto& row : json.at("change").at("rows")) {
-    const std::string judgement = row.at("judgement");
-    if (judgement != "better" && judgement != "worse") continue;
-    FlaggedChange change;
-    change.against = "recorded";
-    change.case_name = "archive";
-    change.phase = row.at("phase");
-    change.measurement = row.at("measurement");
-    change.statistic = row.at("statistic");
-    change.unit = row.at("unit");
-    change.before = number(row.at("recorded"));
-    change.after = number(row.at("again"));
-    change.low = number(row.at("interval").at(0));
-    change.high = number(row.at("interval").at(1));
-    change.p = number(row.at("p_adjusted"));
-    change.kind = judgement;
-    change.runs = json.at("change").at("runs");
+  return runs;
+}
+
+/// From the results that it leaves: what changed by more than the plan's minimum effect.
+std::vector<FlaggedChange> flagged_changes(const fs::path& results,
+                                           const evaluation::MinimumEffect& minimum) {
+  ResultStore store(results);
+  const auto batches = store.batches();
+  if (batches.empty()) return {};
+  auto changes = store.changes(batches.back());
+  std::erase_if(changes, [&](const FlaggedChange& change) {
     const double effect = minimum.of(change.measurement, std::abs(change.before));
-    if (std::abs(change.after - change.before) >= effect) result.changes.push_back(change);
-  }
-  return result;
+    return std::abs(change.after - change.before) < effect;
+  });
+  for (FlaggedChange& change : changes) change.case_name = "archive";
+  return changes;
 }
 
 }  // namespace
@@ -88,18 +77,20 @@ ArchiveResult estimate_archive(const Plan& plan, const fs::path& program, const 
   }
   for (const std::string& run : runs_in(plan.archive.runs)) words.push_back(run);
   const ProgramOutput output = run_program(words);
-  std::error_code ignored;
-  fs::remove_all(out, ignored);
+  ArchiveResult result;
   try {
-    const ArchiveResult result = archive_result(output.text, plan.minimum_effect);
+    result.runs = archived_runs(output.text);
+    result.changes = flagged_changes(out / "results.sqlite", plan.minimum_effect);
     write_file(night / "archive.json", output.text);
-    return result;
   } catch (const nlohmann::json::exception&) {
     ArchivedRun none;
     none.name = plan.archive.runs.string();
     none.error = "berth reestimate " + output.end.text() + ": " + output.errors;
-    return {{none}, {}};
+    result.runs = {none};
   }
+  std::error_code ignored;
+  fs::remove_all(out, ignored);
+  return result;
 }
 
 }  // namespace berth::nights

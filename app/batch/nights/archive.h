@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "app/batch/nights/history.h"
+#include "app/batch/nights/plan.h"
 
 namespace berth::nights {
 

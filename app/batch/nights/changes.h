@@ -3,7 +3,7 @@
 
 #include <map>
 
-#include "app/batch/nights/history.h"
+#include "app/batch/nights/plan.h"
 #include "evaluation/compare/change.h"
 #include "evaluation/compare/family_test.h"
 

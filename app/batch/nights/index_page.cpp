@@ -227,12 +227,12 @@ Html cases_table(const std::filesystem::path& out, const NightReport& report) {
   return html_of(table);
 }
 
-Html nights_table(History& history, const std::vector<Night>& nights) {
+Html nights_table(ResultStore& history, const std::vector<Night>& nights) {
   HtmlTable table{"lllll",
                   {"night", "verdict", "version", "configuration", "baseline", "runs", "not passed",
                    "flagged", "lasted"}};
   for (auto night = nights.rbegin(); night != nights.rend(); ++night) {
-    const auto runs = history.runs(*night, History::Which::all_without_values);
+    const auto runs = history.runs(*night, ResultStore::Which::all_without_values);
     const auto not_passed = std::count_if(runs.begin(), runs.end(), [](const FinishedRun& r) {
       return !r.passed() && r.build == Build::tonight;
     });
@@ -256,7 +256,7 @@ Html nights_table(History& history, const std::vector<Night>& nights) {
 /// Where it was flagged, by night.
 using Flags = std::map<std::vector<std::string>, std::vector<std::int64_t>>;
 
-Flags flags_of(History& history, const std::vector<Night>& nights) {
+Flags flags_of(ResultStore& history, const std::vector<Night>& nights) {
   Flags flags;
   for (const Night& night : nights) {
     for (const FlaggedChange& c : history.changes(night)) {
@@ -313,10 +313,10 @@ Html claims_table(const Plan& plan, const NightReport& report) {
   return table.rows.empty() ? Html() : html_of(table);
 }
 
-void write_index_page(const std::filesystem::path& out, const Plan& plan, History& history,
+void write_index_page(const std::filesystem::path& out, const Plan& plan, ResultStore& history,
                       const NightReport& report) {
   std::vector<Night> nights;
-  for (const Night& night : history.nights()) {
+  for (const Night& night : history.batches()) {
     if (!night.ended.empty() && night.verdict != "interrupted") nights.push_back(night);
   }
   if (nights.size() > nights_shown) {

@@ -65,18 +65,18 @@ Plan plan_of(const NightRequest& request) {
   return plan;
 }
 
-std::string free_name(History& history, const std::string& requested) {
+std::string free_name(ResultStore& history, const std::string& requested) {
   std::string name = requested.empty() ? utc_text(std::time(nullptr)).substr(0, 10) : requested;
-  if (!history.night_named(name)) return name;
+  if (!history.batch_named(name)) return name;
   if (!requested.empty()) throw InputError("--night " + requested + ": there is one of that name");
   for (int i = 2;; ++i) {
     const std::string next = name + "-" + std::to_string(i);
-    if (!history.night_named(next)) return next;
+    if (!history.batch_named(next)) return next;
   }
 }
 
 /// The interrupted night, when it was of this plan and these builds; else a new one.
-Night open_night(History& history, const NightRequest& request, const Plan& plan) {
+Night open_night(ResultStore& history, const NightRequest& request, const Plan& plan) {
   Night night;
   night.version = version();
   night.plan_hash = sha256(plan.text + "\n" + request.config.string());
@@ -84,7 +84,7 @@ Night open_night(History& history, const NightRequest& request, const Plan& plan
   if (!plan.baseline.build.empty()) {
     night.baseline = identity(version_of(plan.baseline.build), plan.baseline.build);
   }
-  for (Night& last : history.nights()) {
+  for (Night& last : history.batches()) {
     if (!last.ended.empty()) continue;
     const bool same = last.plan_hash == night.plan_hash && last.build == night.build &&
                       last.baseline == night.baseline;
@@ -133,12 +133,12 @@ class RetentionPolicy {
     run.directory.clear();
   }
 
-  void judge_earlier_nights(History& history, const Night& tonight) {
-    auto nights = history.nights();
+  void judge_earlier_nights(ResultStore& history, const Night& tonight) {
+    auto nights = history.batches();
     std::reverse(nights.begin(), nights.end());
     for (const Night& night : nights) {
       if (night.id == tonight.id) continue;
-      for (FinishedRun& run : history.runs(night, History::Which::all_without_values)) {
+      for (FinishedRun& run : history.runs(night, ResultStore::Which::all_without_values)) {
         const std::string directory = run.directory;
         judge(night, run);
         if (run.directory.empty() && !directory.empty()) history.forget_directory(night, directory);
@@ -165,7 +165,7 @@ std::map<std::string, std::vector<evaluation::Criterion>> criteria_by_case(const
 }
 
 /// What tonight is compared with: good nights since the last one that was accepted.
-Evidence evidence_for(History& history, const Plan& plan, const Night& tonight,
+Evidence evidence_for(ResultStore& history, const Plan& plan, const Night& tonight,
                       const std::vector<FinishedRun>& runs) {
   Evidence evidence;
   evidence.criteria = criteria_by_case(plan);
@@ -182,16 +182,16 @@ Evidence evidence_for(History& history, const Plan& plan, const Night& tonight,
                               [](const FinishedRun& r) { return r.build != Build::tonight; }),
                list.end());
   };
-  auto nights = history.nights();
+  auto nights = history.batches();
   std::reverse(nights.begin(), nights.end());
   int nights_compared = 0;
   for (const Night& night : nights) {
     if (night.number >= tonight.number || !night.good()) continue;
     if (nights_compared == 0) {
-      evidence.last_night = history.runs(night, History::Which::fixed);
+      evidence.last_night = history.runs(night, ResultStore::Which::fixed);
       tonights_only(evidence.last_night);
     }
-    for (FinishedRun& run : history.runs(night, History::Which::fresh)) {
+    for (FinishedRun& run : history.runs(night, ResultStore::Which::fresh)) {
       evidence.history.push_back(std::move(run));
     }
     if (++nights_compared == plan.history_nights || night.accepted) break;
@@ -212,9 +212,9 @@ std::string configuration_of(const std::vector<FinishedRun>& runs) {
   return list.empty() ? "" : sha256(list);
 }
 
-std::optional<Night> night_before(History& history, const Night& tonight) {
+std::optional<Night> night_before(ResultStore& history, const Night& tonight) {
   std::optional<Night> previous;
-  for (const Night& night : history.nights()) {
+  for (const Night& night : history.batches()) {
     if (night.number < tonight.number && night.verdict != "interrupted") previous = night;
   }
   return previous;
@@ -233,7 +233,7 @@ int run_night(const NightRequest& request) {
   const Plan plan = plan_of(request);
   const fs::path out = fs::absolute(request.out);
   const DirectoryLock lock(out);
-  History history(out / "history.sqlite");
+  ResultStore history(out / "history.sqlite");
   NightReport report;
   Night& night = report.night = open_night(history, request, plan);
   const fs::path directory = out / night.name;
@@ -241,7 +241,7 @@ int run_night(const NightRequest& request) {
   write_file(directory / "plan.yaml", plan.text);
 
   const auto planned = runs_of_night(plan, night.number);
-  const auto finished = history.runs(night, History::Which::all_without_values);
+  const auto finished = history.runs(night, ResultStore::Which::all_without_values);
   const auto to_run = without_finished(planned, finished);
   std::printf("night %s: %zu runs, %d at a time, in %s\n", night.name.c_str(), to_run.size(),
               plan.jobs, directory.c_str());
@@ -261,7 +261,7 @@ int run_night(const NightRequest& request) {
     report.left_out = run_all(to_run, configuration, [&](FinishedRun run) {
       retention.judge(night, run);
       night.wall_s = before_s + progress.elapsed_s();
-      history.record(night, run);
+      history.record(night, {run});
       if (!run.passed()) {
         ++not_passed;
         progress.print(line_of(run));
@@ -308,7 +308,7 @@ void accept_night(const fs::path& out, const std::string& name) {
     throw InputError("--out " + out.string() + ": no history.sqlite there");
   }
   const DirectoryLock lock(out);
-  History history(out / "history.sqlite");
+  ResultStore history(out / "history.sqlite");
   history.accept(name);
 }
 

@@ -231,8 +231,6 @@ std::vector<evaluation::Criterion> criteria_of(const Case& of) {
   return procedures::load_procedure(of.procedure, of_procedure(of.parameters)).criteria;
 }
 
-const char* name_of(Build build) { return build == Build::tonight ? "tonight" : "baseline"; }
-
 std::string PlannedRun::name() const {
   std::string text = of->name;
   for (char& c : text) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/batch/result_store.h"
 #include "evaluation/compare/change.h"
 
 namespace berth::nights {
@@ -87,9 +88,8 @@ Plan load_plan(const std::filesystem::path& file);
 /// @throws InputError when the procedure cannot be read (any more).
 std::vector<evaluation::Criterion> criteria_of(const Case& of);
 
-/// Which build a run is of.
-enum class Build { tonight, baseline };
-const char* name_of(Build build);
+/// What is kept of one.
+using Night = BatchRecord;
 
 /// One run of a night, before it happened.
 struct PlannedRun {

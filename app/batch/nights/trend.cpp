@@ -35,14 +35,14 @@ std::string title_of(const TrendSubject& subject) {
 
 }  // namespace
 
-report::Chart trend_chart(History& history, const std::vector<Night>& nights,
+report::Chart trend_chart(ResultStore& history, const std::vector<Night>& nights,
                           const TrendSubject& subject, const std::vector<std::int64_t>& flagged) {
   using Style = report::Curve::Style;
   std::map<std::int64_t, std::vector<double>> tonight;
   std::map<std::int64_t, std::vector<double>> baseline;
   for (const TrendValue& v : history.trend(nights.front().number, subject.case_name, subject.phase,
                                            subject.measurement, subject.statistic)) {
-    (v.build == Build::tonight ? tonight : baseline)[v.night].push_back(v.value);
+    (v.build == Build::tonight ? tonight : baseline)[v.batch].push_back(v.value);
   }
   // Of ones and zeros the mean is more informative than the median.
   const bool is_share = subject.measurement == evaluation::passed_measurement;

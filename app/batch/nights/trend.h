@@ -3,7 +3,7 @@
 
 #include <tuple>
 
-#include "app/batch/nights/history.h"
+#include "app/batch/nights/plan.h"
 #include "evaluation/report/chart.h"
 
 namespace berth::nights {
@@ -22,7 +22,7 @@ struct TrendSubject {
 /// The median of each night over a band from the 10th to the 90th percentile of its runs; the
 /// baseline's median in grey; the nights on which it was flagged as dots.
 /// @param nights finished ones, oldest first
-report::Chart trend_chart(History& history, const std::vector<Night>& nights,
+report::Chart trend_chart(ResultStore& history, const std::vector<Night>& nights,
                           const TrendSubject& subject, const std::vector<std::int64_t>& flagged);
 
 }  // namespace berth::nights

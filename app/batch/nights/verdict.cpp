@@ -230,7 +230,7 @@ std::string json_of(const NightReport& report) {
   ordered_json runs = ordered_json::array();
   for (const FinishedRun& r : report.runs) {
     runs.push_back({{"case", r.case_name},
-                    {"build", nights::name_of(r.build)},
+                    {"build", name_of(r.build)},
                     {"seed", r.seed},
                     {"fresh", r.fresh},
                     {"outcome", name_of(r.outcome)},

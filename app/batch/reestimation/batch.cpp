@@ -3,11 +3,17 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
+#include <ctime>
 
 #include "app/batch/pool.h"
+#include "app/batch/run_results.h"
 #include "app/batch/shared_values.h"
 #include "app/runs/run_list.h"
 #include "common/core/error.h"
+#include "common/core/text.h"
+#include "common/core/utc.h"
+#include "common/core/version.h"
 
 namespace berth {
 namespace {
@@ -43,10 +49,24 @@ void reestimate(const BatchRun& run, const BatchRequest& request, RunReport& rep
   }
 }
 
+/// Reads and judges a run. @param name of the batch's run: that of its new directory
+evaluation::RunRecord read(const fs::path& log, const std::string& name, FinishedRun& results) {
+  evaluation::ComparedRun run = evaluation::compare_run(log);
+  take_results(run, results);
+  results.case_name = name;
+  results.procedure = run.comparison.procedure;
+  if (const auto& info = run.comparison.info) {
+    results.seed = static_cast<std::uint64_t>(info->seed);
+    results.target = info->target;
+    results.host = evaluation::text_of_host(info->host);
+  }
+  return std::move(run.record);
+}
+
 void compare(BatchRun& run, const BatchRequest& request) {
-  evaluation::LogSummary summary;
-  run.before = evaluation::read_run(run.recorded, summary);
-  run.after = evaluation::read_run(run.again / "run.lcm", summary);
+  const std::string name = run.again.filename().string();
+  run.before = read(run.recorded, name, run.as_recorded);
+  run.after = read(run.again / "run.lcm", name, run.as_again);
   run.change = evaluation::find_change({{&run.before, &run.after}}, request.level);
 }
 
@@ -65,6 +85,48 @@ void finish(BatchRun& run, const BatchRequest& request, const RunReport& report,
   }
 }
 
+std::vector<FlaggedChange> flagged(const evaluation::Change& change) {
+  std::vector<FlaggedChange> list;
+  for (const evaluation::ChangeRow& row : change.rows) {
+    const bool better = row.judgement == evaluation::Judgement::better;
+    if (!better && row.judgement != evaluation::Judgement::worse) continue;
+    const evaluation::PairedDifference& d = row.difference;
+    list.push_back({"recorded", "", row.phase, row.measurement, row.statistic, row.unit, d.before,
+                    d.after, d.low, d.high, row.adjusted_p, better ? "better" : "worse",
+                    change.runs});
+  }
+  return list;
+}
+
+/// Adds it to the results in its directory.
+void keep(const Batch& batch, const BatchRequest& request, BatchRecord record) {
+  ResultStore store(request.out / "results.sqlite");
+  record.name = store.free_name(record.begun);
+  record.version = record.build = version();
+  store.begin(record);
+  std::vector<FinishedRun> runs;
+  for (const BatchRun& run : batch.runs) {
+    if (run.error.empty()) {
+      runs.push_back(run.as_recorded);
+      runs.back().build = Build::baseline;
+    }
+    FinishedRun& again = runs.emplace_back(run.as_again);
+    again.case_name = run.again.filename().string();
+    if (run.error.empty()) again.directory = again.case_name;
+    if (!run.error.empty()) again.error = run.error;
+    again.wall_s = run.result.wall_s;
+    again.details = {{"recorded", run.recorded.string()},
+                     {"config", request.changes.config.string()},
+                     {"set", joined(request.changes.set)},
+                     {"estimates", std::to_string(run.result.estimates)},
+                     {"estimates_same", std::to_string(run.result.same)}};
+  }
+  store.record(record, runs);
+  record.ended = utc_text(std::time(nullptr));
+  record.verdict = batch.identical() ? "identical" : batch.change.verdict();
+  store.finish(record, flagged(batch.change));
+}
+
 }  // namespace
 
 bool Batch::failed() const {
@@ -80,6 +142,9 @@ bool Batch::identical() const {
 
 Batch reestimate(const BatchRequest& request, const ShareDone& share_done) {
   Batch batch;
+  BatchRecord record;
+  record.begun = utc_text(std::time(nullptr));
+  const auto begun = std::chrono::steady_clock::now();
   for (const fs::path& path : request.runs) {
     BatchRun run;
     run.recorded = log_of_run(path.string());
@@ -108,6 +173,8 @@ Batch reestimate(const BatchRequest& request, const ShareDone& share_done) {
   }
   batch.change =
       pairs.size() == 1 ? batch.runs[0].change : evaluation::find_change(pairs, request.level);
+  record.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  keep(batch, request, record);
   return batch;
 }
 

@@ -5,6 +5,7 @@
 
 #include "app/batch/reestimation/new_run.h"
 #include "app/batch/reestimation/reestimate_log.h"
+#include "app/batch/result_store.h"
 #include "evaluation/compare/change.h"
 
 namespace berth {
@@ -13,7 +14,7 @@ namespace berth {
 struct BatchRequest {
   std::vector<std::filesystem::path> runs;  ///< run directories or logs
   EstimatorChanges changes;
-  std::filesystem::path out;  ///< new run directories are made under it
+  std::filesystem::path out;  ///< new run directories and results.sqlite are made under it
   int jobs = 0;               ///< runs at a time; 0: as many as there are processors
   double level = 0.05;        ///< of find_change
 };
@@ -25,6 +26,8 @@ struct BatchRun {
   Reestimation result;
   evaluation::RunRecord before;
   evaluation::RunRecord after;
+  FinishedRun as_recorded;
+  FinishedRun as_again;
   evaluation::Change change;
   std::string error;  ///< of a run that could not be estimated again: all but the paths is empty
 };
@@ -38,8 +41,9 @@ struct Batch {
   bool identical() const;
 };
 
-/// Estimates all runs again. The result does not depend on the number of jobs. Each runs in a
-/// process of its own: the caller's must have a single thread.
+/// Estimates all runs again, and adds them to the results in `out`: each as recorded (build
+/// "baseline") and as estimated again ("tonight"), and what changed. The result does not depend on
+/// the number of jobs. Each runs in a process of its own: the caller's must have a single thread.
 /// @param share_done receives the share of all that is done
 Batch reestimate(const BatchRequest& request, const ShareDone& share_done);
 

@@ -3,10 +3,10 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 
-#include "app/batch/campaigns/results.h"
+#include "app/batch/campaigns/campaign.h"
 #include "app/batch/campaigns/sphere_map.h"
+#include "app/batch/campaigns/trial_store.h"
 
 namespace berth::campaigns {
 
@@ -59,10 +59,11 @@ inline TrialResult made_result(const Manifest& manifest, std::int64_t index) {
 
 inline void make_trials(const Manifest& manifest, const std::filesystem::path& directory) {
   std::filesystem::create_directories(directory);
-  std::ofstream out(directory / "trials.jsonl", std::ios::binary);
-  for (std::int64_t i = 0; i < manifest.total(); ++i) {
-    out << line_of(made_result(manifest, i)) << '\n';
-  }
+  TrialWriter out(manifest, directory / Campaign::results_name, {});
+  std::vector<TrialResult> trials;
+  for (std::int64_t i = 0; i < manifest.total(); ++i) trials.push_back(made_result(manifest, i));
+  out.add(trials);
+  out.finish();
 }
 
 }  // namespace berth::campaigns

@@ -98,10 +98,11 @@ TEST_CASE("a table of trials has the values and effects of its made results") {
 
 TEST_CASE("no results and no trials are distinguished") {
   const Directory directory;
-  const Manifest manifest = made_manifest(1);
+  const Manifest manifest = made_manifest(0);
   fs::create_directories(directory.path);
-  CHECK_THROWS_AS(write_report(manifest, directory.path), InputError);
-  write_file(directory.path / "trials.jsonl", "");
+  CHECK_THROWS_WITH(write_report(manifest, directory.path),
+                    Catch::Contains("results.sqlite: is missing"));
+  make_trials(manifest, directory.path);
   write_report(manifest, directory.path);
   CHECK(read_file(directory.path / "report.html").find("0 of 0 trials") != std::string::npos);
 }

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "app/batch/campaigns/results.h"
+#include "app/batch/campaigns/trial_store.h"
 #include "common/core/file.h"
 #include "test/catch.h"
 #include "test/common/core/temporary_directory.h"
@@ -74,6 +75,13 @@ std::string undisturbed(int jobs) {
   return read_file(campaign.trials_file());
 }
 
+std::vector<TrialResult> trials_of(const Campaign& campaign) {
+  std::vector<TrialResult> trials;
+  for_each_trial(campaign.manifest(), campaign.results_file(),
+                 [&](const TrialResult& trial) { trials.push_back(trial); });
+  return trials;
+}
+
 std::int64_t lines_in(const fs::path& file) {
   const std::string text = fs::exists(file) ? read_file(file) : "";
   return std::count(text.begin(), text.end(), '\n');
@@ -102,7 +110,7 @@ TEST_CASE("a trial that crashes costs that trial, not the campaign") {
   CHECK(summary.complete());
   CHECK(summary.broken == std::vector<std::int64_t>{9, 13, 30});
   CHECK(summary.failures.at("SIGSEGV") == 1);
-  const auto results = read_results(campaign.trials_file());
+  const auto results = trials_of(campaign);
   CHECK(results[9].outcome == Outcome::crashed);
   CHECK(results[9].seed == trial_of(campaign.manifest(), 9).seed);
   CHECK(results[13].failure == "SIGABRT");
@@ -123,7 +131,7 @@ TEST_CASE("a trial that takes too much processor time is ended") {
             }
           }));
   CHECK(merge(campaign).broken == std::vector<std::int64_t>{1});
-  CHECK(read_results(campaign.trials_file())[1].failure == "too much processor time");
+  CHECK(trials_of(campaign)[1].failure == "too much processor time");
 }
 
 TEST_CASE("a worker that is killed is replaced, and no trial is lost") {

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <fstream>
 
-#include "app/batch/nights/history.h"
 #include "app/batch/nights/verdict.h"
+#include "app/batch/result_store.h"
 #include "common/core/error.h"
 #include "common/core/file.h"
 #include "test/catch.h"
@@ -35,7 +35,7 @@ TEST_CASE("a history keeps nights, runs, values and flagged changes") {
   night.begun = "2026-11-21T22:00:00Z";
   night.version = "0.1.0";
   {
-    History history(directory / "history.sqlite");
+    ResultStore history(directory / "history.sqlite");
     history.begin(night);
     CHECK(night.number == 1);
     history.record(night, made_run(1, false, 2.5));
@@ -44,19 +44,19 @@ TEST_CASE("a history keeps nights, runs, values and flagged changes") {
     // What is recorded twice is a mistake, and leaves nothing behind.
     CHECK_THROWS_AS(history.record(night, made_run(1, false, 9)), std::runtime_error);
   }
-  History history(directory / "history.sqlite");
-  REQUIRE(history.nights().size() == 1);
-  CHECK(history.nights()[0].ended.empty());
-  CHECK(history.nights()[0].wall_s == 12);
+  ResultStore history(directory / "history.sqlite");
+  REQUIRE(history.batches().size() == 1);
+  CHECK(history.batches()[0].ended.empty());
+  CHECK(history.batches()[0].wall_s == 12);
   auto runs = history.runs(night);
   REQUIRE(runs.size() == 2);
   REQUIRE(runs[0].values.size() == 2);
   CHECK(runs[0].values[0].value == 2.5);
   CHECK(runs[0].values[0].unit == "mm");
   CHECK(std::isnan(runs[0].values[1].value));
-  CHECK(history.runs(night, History::Which::fresh).size() == 1);
-  CHECK(history.runs(night, History::Which::fixed)[0].seed == 1);
-  CHECK(history.runs(night, History::Which::all_without_values)[0].values.empty());
+  CHECK(history.runs(night, ResultStore::Which::fresh).size() == 1);
+  CHECK(history.runs(night, ResultStore::Which::fixed)[0].seed == 1);
+  CHECK(history.runs(night, ResultStore::Which::all_without_values)[0].values.empty());
   CHECK(history.trend(1, "approach", "hold", "position_error", "rms").empty());  // still open
 
   history.forget_directory(night, "runs/approach-seed1");
@@ -69,14 +69,14 @@ TEST_CASE("a history keeps nights, runs, values and flagged changes") {
   night.ended = "2026-11-21T23:00:00Z";
   night.verdict = "regression";
   history.finish(night, {change});
-  CHECK_FALSE(history.nights()[0].good());
+  CHECK_FALSE(history.batches()[0].good());
   REQUIRE(history.changes(night).size() == 1);
   CHECK(history.changes(night)[0].p == 0.001);
   CHECK(history.trend(1, "approach", "hold", "position_error", "rms").size() == 2);
 
   CHECK_THROWS_AS(history.accept("2026-01-01"), InputError);
   history.accept(night.name);
-  CHECK(history.night_named(night.name)->good());
+  CHECK(history.batch_named(night.name)->good());
 }
 
 TEST_CASE("a file that is no history, or one of a newer Berth, is refused by name") {

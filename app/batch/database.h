@@ -9,7 +9,9 @@
 struct sqlite3;
 struct sqlite3_stmt;
 
-namespace berth::nights {
+namespace berth {
+
+class Database;
 
 /// A row cursor over one SQL statement. Parameters and columns are taken in their order.
 ///
@@ -20,7 +22,7 @@ namespace berth::nights {
 /// All functions throw std::runtime_error with SQLite's message.
 class Statement {
  public:
-  Statement(sqlite3* database, const std::string& sql);
+  Statement(Database& database, const std::string& sql);
   ~Statement();
   Statement(const Statement&) = delete;
   Statement& operator=(const Statement&) = delete;
@@ -79,12 +81,13 @@ class Database {
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
 
-  Statement prepare(const std::string& sql) { return {database_, sql}; }
+  Statement prepare(const std::string& sql) { return {*this, sql}; }
   /// Statements without parameters and rows.
   void execute(const std::string& sql);
   std::int64_t last_id() const;
 
  private:
+  friend class Statement;
   sqlite3* database_ = nullptr;
 };
 
@@ -102,4 +105,4 @@ class Transaction {
   bool open_ = true;
 };
 
-}  // namespace berth::nights
+}  // namespace berth

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "app/batch/nights/database.h"
+#include "app/batch/database.h"
 
 #include <sqlite3.h>
 
@@ -9,17 +9,17 @@
 
 #include "common/core/error.h"
 
-namespace berth::nights {
+namespace berth {
 
-Statement::Statement(sqlite3* database, const std::string& sql) : database_(database) {
-  check(sqlite3_prepare_v2(database, sql.c_str(), -1, &statement_, nullptr));
+Statement::Statement(Database& database, const std::string& sql) : database_(database.database_) {
+  check(sqlite3_prepare_v2(database_, sql.c_str(), -1, &statement_, nullptr));
 }
 
 Statement::~Statement() { sqlite3_finalize(statement_); }
 
 void Statement::check(int code) const {
   if (code == SQLITE_OK) return;
-  throw std::runtime_error(std::string("history of nights: ") + sqlite3_errmsg(database_));
+  throw std::runtime_error(std::string("results: ") + sqlite3_errmsg(database_));
 }
 
 void Statement::reset() {
@@ -71,7 +71,7 @@ Database::Database(const std::filesystem::path& file) {
   if (sqlite3_open(file.c_str(), &database_) != SQLITE_OK) {
     const std::string reason = sqlite3_errmsg(database_);
     sqlite3_close(database_);
-    throw InputError(file.string() + ": cannot be opened as a history of nights: " + reason);
+    throw InputError(file.string() + ": cannot be opened as a store of results: " + reason);
   }
   sqlite3_busy_timeout(database_, 10000);
 }
@@ -83,7 +83,7 @@ void Database::execute(const std::string& sql) {
   if (sqlite3_exec(database_, sql.c_str(), nullptr, nullptr, &message) == SQLITE_OK) return;
   const std::string reason = message == nullptr ? "unknown" : message;
   sqlite3_free(message);
-  throw std::runtime_error("history of nights: " + reason);
+  throw std::runtime_error("results: " + reason);
 }
 
 std::int64_t Database::last_id() const { return sqlite3_last_insert_rowid(database_); }
@@ -106,4 +106,4 @@ void Transaction::commit() {
   open_ = false;
 }
 
-}  // namespace berth::nights
+}  // namespace berth
