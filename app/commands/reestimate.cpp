@@ -113,7 +113,9 @@ void add_reestimate(CLI::App& app, int& exit_code) {
       ->add_option("--set", request.changes.set,
                    "A key of estimator.yaml, e.g. tracking.method=icp")
       ->type_name("KEY=VALUE");
-  command->add_option("--out", request.out, "New run directories are made under this directory")
+  command
+      ->add_option("--out", request.out,
+                   "New run directories and results.sqlite are made under this directory")
       ->capture_default_str();
   command->add_option("--jobs", request.jobs, "Runs at a time; 0: one per processor")
       ->capture_default_str();

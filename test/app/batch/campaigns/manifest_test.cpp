@@ -4,6 +4,7 @@
 
 #include "app/batch/campaigns/campaign.h"
 #include "app/batch/campaigns/results.h"
+#include "app/batch/campaigns/trial_store.h"
 #include "common/core/error.h"
 #include "common/targets/target.h"
 #include "test/catch.h"
@@ -252,4 +253,15 @@ TEST_CASE("a result is one line, and the line is the result") {
   CHECK(std::isnan(again.measurement("attitude_error")));
   CHECK(again.attitude->coeffs() == result.attitude->coeffs());
   CHECK_THROWS_WITH(result_of_line("{}", "here:7"), Contains("here:7"));
+
+  // The store gives the same back.
+  const TemporaryDirectory directory;
+  const Manifest manifest = parsed(acquisition);
+  TrialWriter writer(manifest, directory / "results.sqlite", {});
+  writer.add({result});
+  writer.finish();
+  std::vector<std::string> stored;
+  for_each_trial(manifest, directory / "results.sqlite",
+                 [&](const TrialResult& trial) { stored.push_back(line_of(trial)); });
+  CHECK(stored == std::vector<std::string>{line});
 }

@@ -66,6 +66,23 @@ Content content(const fs::path& log) {
   return content;
 }
 
+std::size_t count_of(const evaluation::Change& change) {
+  return static_cast<std::size_t>(
+      std::count_if(change.rows.begin(), change.rows.end(), [](const auto& row) {
+        return row.judgement == evaluation::Judgement::better ||
+               row.judgement == evaluation::Judgement::worse;
+      }));
+}
+
+/// Its rms over the whole run; 0: was not measured.
+double value_of(const FinishedRun& run, const std::string& measurement) {
+  for (const RunValue& value : run.values) {
+    const bool whole = value.phase == evaluation::whole_run && value.statistic == "rms";
+    if (whole && value.measurement == measurement) return value.value;
+  }
+  return 0;
+}
+
 }  // namespace
 
 TEST_CASE("The unchanged estimator gives the recorded estimates, bit for bit") {
@@ -184,6 +201,24 @@ TEST_CASE("What comes out does not depend on the number of jobs") {
     const Batch batch = reestimate(request, [&](double share) { shown = std::max(shown, share); });
     CHECK(shown == Approx(1));
     for (const BatchRun& run : batch.runs) all += read_file(run.again / "run.lcm");
+    // Also in the results, beside what was recorded.
+    ResultStore store(request.out / "results.sqlite");
+    REQUIRE(store.batches().size() == 1);
+    const BatchRecord kept = store.batches().front();
+    CHECK(kept.verdict == batch.change.verdict());
+    const auto changes = store.changes(kept);
+    CHECK(changes.size() == count_of(batch.change));
+    const auto runs = store.runs(kept);
+    REQUIRE(runs.size() == 6);
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      CHECK(runs[i].build == (i % 2 == 0 ? Build::baseline : Build::tonight));
+      CHECK(runs[i].case_name == batch.runs[i / 2].again.filename());
+      CHECK(runs[i].seed == runs[0].seed);
+      CHECK(value_of(runs[i], "position_error") > 0);
+    }
+    CHECK(value_of(runs[0], "position_error") != value_of(runs[1], "position_error"));
+    CHECK(runs[1].details.at("set") == "tracking.method=icp");
+    CHECK(fs::exists(request.out / runs[1].directory / "run.lcm"));
     return all + batch.change.verdict();
   };
   CHECK(logs_with(1) == logs_with(3));

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "app/batch/result_store.h"
+
 #include <cmath>
 #include <fstream>
 
-#include "app/batch/nights/verdict.h"
-#include "app/batch/result_store.h"
 #include "common/core/error.h"
-#include "common/core/file.h"
 #include "test/catch.h"
 #include "test/common/core/temporary_directory.h"
 
 using namespace berth;
-using namespace berth::nights;
 
 namespace {
 
@@ -28,9 +26,9 @@ FinishedRun made_run(std::uint64_t seed, bool fresh, double value) {
 
 }  // namespace
 
-TEST_CASE("a history keeps nights, runs, values and flagged changes") {
+TEST_CASE("a store keeps batches, runs, values and flagged changes") {
   const TemporaryDirectory directory;
-  Night night;
+  BatchRecord night;
   night.name = "2026-11-21";
   night.begun = "2026-11-21T22:00:00Z";
   night.version = "0.1.0";
@@ -79,28 +77,42 @@ TEST_CASE("a history keeps nights, runs, values and flagged changes") {
   CHECK(history.batch_named(night.name)->good());
 }
 
-TEST_CASE("a file that is no history, or one of a newer Berth, is refused by name") {
+TEST_CASE("what only a front end knows of a run is kept beside the nights' schema") {
+  const TemporaryDirectory directory;
+  ResultStore store(directory / "results.sqlite");
+  BatchRecord batch;
+  batch.name = store.free_name("approach");
+  store.begin(batch);
+  const auto tables = [&] {
+    Database file(directory / "results.sqlite");
+    Statement names = file.prepare("SELECT name FROM sqlite_master WHERE type = 'table'");
+    std::string all;
+    while (names.step()) all += names.text() + " ";
+    return all;
+  };
+  store.record(batch, {made_run(1, false, 2)});
+  CHECK(tables() == "night run quantity value change ");
+  FinishedRun run = made_run(2, false, 3);
+  run.details = {{"parameters.returns", "35"}, {"failure", "it's \"lost\""}};
+  store.record(batch, {run, made_run(3, false, 4)});
+  CHECK(tables() == "night run quantity value change detail ");
+  const auto runs = store.runs(batch);
+  REQUIRE(runs.size() == 3);
+  CHECK(runs[0].details.empty());
+  CHECK(runs[1].details == run.details);
+  CHECK(runs[2].details.empty());
+  CHECK(runs[2].values[0].value == 4);
+  CHECK(store.free_name("approach") == "approach-2");
+  // All of a record or nothing.
+  CHECK_THROWS_AS(store.record(batch, {made_run(4, false, 1), made_run(1, false, 1)}),
+                  std::runtime_error);
+  CHECK(store.runs(batch).size() == 3);
+}
+
+TEST_CASE("a file that is no store of results, or one of a newer Berth, is refused by name") {
   const TemporaryDirectory directory;
   std::ofstream(directory / "text.sqlite") << std::string(5000, 'x');
   CHECK_THROWS_WITH(History(directory / "text.sqlite"), Catch::Contains("text.sqlite"));
   { Database(directory / "newer.sqlite").execute("PRAGMA user_version = 99"); }
   CHECK_THROWS_WITH(History(directory / "newer.sqlite"), Catch::Contains("newer Berth"));
-}
-
-TEST_CASE("a notification has the summary and the verdict; its failure is reported") {
-  const TemporaryDirectory directory;
-  NightReport report;
-  report.night.name = "tonight";
-  report.night.verdict = "clean";
-  const std::string file = (directory / "said.txt").string();
-  CHECK(notify("(echo \"$BERTH_NIGHT $BERTH_NIGHT_VERDICT\"; cat) >" + file, report,
-               directory.path(), "/bin/berth")
-            .empty());
-  const std::string summary = read_file(file);
-  CHECK_THAT(summary, Catch::StartsWith("tonight clean\n"));
-  CHECK_THAT(summary, Catch::Contains("CLEAN"));
-  CHECK_THAT(notify("exit 7", report, directory.path(), "/bin/berth"),
-             Catch::Contains("exit code 7"));
-  report.notification = "failed";
-  CHECK(report.exit_code() == 2);
 }
