@@ -373,6 +373,7 @@ std::vector<std::pair<std::string, YamlNode>> Config::named_values(const std::st
 }
 
 std::filesystem::path Config::existing(const std::string& key, const std::string& path) const {
+  if (path.empty()) throw error(key, "found '', expected a file or directory");
   const std::filesystem::path full =
       std::filesystem::absolute(std::filesystem::path(file_).parent_path() / path)
           .lexically_normal();
@@ -457,6 +458,12 @@ void Config::optional(const std::string& key, std::string& value) {
     record(key, {.kind = Key::Kind::text, .required = false, .default_value = value});
   }
   if (known(key)) value = read_text(key);
+}
+
+void Config::optional(const std::string& key, std::filesystem::path& value) {
+  std::string text;
+  optional(key, text);
+  if (has(key)) value = existing(key, text);
 }
 
 void Config::optional(const std::string& key, std::vector<std::string>& value) {

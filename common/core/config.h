@@ -104,6 +104,8 @@ class Config {
   void optional(const std::string& key, std::int64_t& value, const ValueBounds& bounds = {});
   void optional(const std::string& key, bool& value);
   void optional(const std::string& key, std::string& value);
+  /// A file or directory, as existing() finds it.
+  void optional(const std::string& key, std::filesystem::path& value);
   void optional(const std::string& key, std::vector<std::string>& value);
   void optional(const std::string& key, Pose& value);
   void optional(const std::string& key, std::optional<Pose>& value);
@@ -124,7 +126,7 @@ class Config {
   InputError error(const std::string& key, const std::string& what) const;
 
   /// The file or directory at `path`, relative to this file's directory; absolute.
-  /// @throws InputError of the key when nothing is there.
+  /// @throws InputError of the key when nothing is there, or `path` is empty.
   std::filesystem::path existing(const std::string& key, const std::string& path) const;
 
   /// The keys that readers have requested so far, present or not.

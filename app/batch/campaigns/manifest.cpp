@@ -20,19 +20,20 @@ namespace {
 constexpr std::int64_t max_trials = 1000000000;
 
 Places read_places(Config& config, const Places* given) {
+  if (given != nullptr) {
+    std::string elsewhere;
+    for (const char* key : {"procedure", "config", "target"}) config.optional(key, elsewhere);
+    return *given;
+  }
   Places places;
   places.config = shared_files() / "config";
-  std::string text;
-  config.optional("procedure", text);
-  if (!text.empty() && given == nullptr) places.procedure = config.existing("procedure", text);
-  text.clear();
-  config.optional("config", text);
-  if (!text.empty() && given == nullptr) places.config = config.existing("config", text);
+  config.optional("procedure", places.procedure);
+  config.optional("config", places.config);
   config.optional("target", places.target);
-  if (!places.target.empty() && !is_target_name(places.target) && given == nullptr) {
+  if (!places.target.empty() && !is_target_name(places.target)) {
     places.target = config.existing("target", places.target).string();
   }
-  return given == nullptr ? places : *given;
+  return places;
 }
 
 /// A path may begin with a variable of the environment, "${NAME}/...". Nothing: that is not set.

@@ -80,12 +80,8 @@ std::vector<Case> read_cases(Config& config, const Seeds& default_seeds) {
     common.parameters[name] = plain_text(value);
   }
   std::string name = common.procedure.stem().string();
-  std::string estimator;
-  config.optional("estimator", estimator);
-  if (!estimator.empty()) {
-    common.estimator = config.existing("estimator", estimator);
-    name += " by " + common.estimator.stem().string();
-  }
+  config.optional("estimator", common.estimator);
+  if (!common.estimator.empty()) name += " by " + common.estimator.stem().string();
   config.optional("name", name);
 
   std::vector<Case> cases;
@@ -143,20 +139,12 @@ evaluation::MinimumEffect read_minimum_effect(Config& parent) {
   return minimum;
 }
 
-void read_other_config(Config& config, fs::path& directory) {
-  std::string path;
-  config.optional("config", path);
-  if (!path.empty()) directory = config.existing("config", path);
-}
-
 Baseline read_baseline(Config& parent) {
   Baseline baseline;
   Config config = parent.optional_section("baseline");
-  std::string build;
-  config.optional("build", build);
-  if (!build.empty()) baseline.build = config.existing("build", build);
-  if (build.empty() && parent.has("baseline")) throw config.error("build", "is missing");
-  read_other_config(config, baseline.config);
+  config.optional("build", baseline.build);
+  config.optional("config", baseline.config);
+  if (!config.has("build") && parent.has("baseline")) throw config.error("build", "is missing");
   config.finish();
   return baseline;
 }
@@ -164,17 +152,16 @@ Baseline read_baseline(Config& parent) {
 Archive read_archive(Config& parent) {
   Archive archive;
   Config config = parent.optional_section("archive");
-  std::string runs;
-  config.optional("runs", runs);
-  read_other_config(config, archive.config);
+  config.optional("runs", archive.runs);
+  config.optional("config", archive.config);
   config.finish();
   if (!parent.has("archive")) return archive;
-  if (runs.empty()) throw config.error("runs", "is missing");
-  archive.runs = config.existing("runs", runs);
+  if (archive.runs.empty()) throw config.error("runs", "is missing");
   if (!fs::is_directory(archive.runs) ||
       std::none_of(fs::directory_iterator(archive.runs), fs::directory_iterator(),
                    [](const auto& entry) { return entry.is_directory(); })) {
-    throw config.error("runs", "found '" + runs + "', expected a directory of run directories");
+    throw config.error(
+        "runs", "found '" + archive.runs.string() + "', expected a directory of run directories");
   }
   return archive;
 }

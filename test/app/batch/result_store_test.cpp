@@ -36,11 +36,11 @@ TEST_CASE("a store keeps batches, runs, values and flagged changes") {
     ResultStore history(directory / "history.sqlite");
     history.begin(night);
     CHECK(night.number == 1);
-    history.record(night, made_run(1, false, 2.5));
+    history.record(night, {made_run(1, false, 2.5)});
     night.wall_s = 12;
-    history.record(night, made_run(77, true, 3.5));
+    history.record(night, {made_run(77, true, 3.5)});
     // What is recorded twice is a mistake, and leaves nothing behind.
-    CHECK_THROWS_AS(history.record(night, made_run(1, false, 9)), std::runtime_error);
+    CHECK_THROWS_AS(history.record(night, {made_run(1, false, 9)}), std::runtime_error);
   }
   ResultStore history(directory / "history.sqlite");
   REQUIRE(history.batches().size() == 1);
@@ -112,7 +112,7 @@ TEST_CASE("what only a front end knows of a run is kept beside the nights' schem
 TEST_CASE("a file that is no store of results, or one of a newer Berth, is refused by name") {
   const TemporaryDirectory directory;
   std::ofstream(directory / "text.sqlite") << std::string(5000, 'x');
-  CHECK_THROWS_WITH(History(directory / "text.sqlite"), Catch::Contains("text.sqlite"));
+  CHECK_THROWS_WITH(ResultStore(directory / "text.sqlite"), Catch::Contains("text.sqlite"));
   { Database(directory / "newer.sqlite").execute("PRAGMA user_version = 99"); }
-  CHECK_THROWS_WITH(History(directory / "newer.sqlite"), Catch::Contains("newer Berth"));
+  CHECK_THROWS_WITH(ResultStore(directory / "newer.sqlite"), Catch::Contains("newer Berth"));
 }

@@ -3,6 +3,7 @@
 
 #include "common/core/renamed_keys.h"
 #include "test/catch.h"
+#include "test/common/core/temporary_directory.h"
 
 using namespace berth;
 using Catch::Contains;
@@ -38,6 +39,23 @@ TEST_CASE("a good file reads in SI units") {
   CHECK(config.boolean("on"));
   CHECK(config.pose("pose").position.z() == Approx(8.0));
   CHECK_NOTHROW(config.finish());
+}
+
+TEST_CASE("a path is relative to its file, and something is there") {
+  const TemporaryDirectory directory;
+  std::filesystem::create_directories(directory / "runs");
+  const auto read = [&](const std::string& text) {
+    Config config = Config::parse(text, (directory / "plan.yaml").string());
+    std::filesystem::path path = "otherwise";
+    config.optional("runs", path);
+    return path;
+  };
+  CHECK(read("runs: runs") == directory / "runs");
+  CHECK(read("runs: ./runs/../runs") == directory / "runs");
+  CHECK(read("name: x") == "otherwise");
+  CHECK_THROWS_WITH(read("a: 1\nruns: none"),
+                    Contains("plan.yaml:2: key 'runs'") && Contains("found 'none'"));
+  CHECK_THROWS_WITH(read("runs: ''"), Contains("plan.yaml:1: key 'runs'") && Contains("found ''"));
 }
 
 TEST_CASE("bad input names file, line, key, what was found and what was expected") {

@@ -96,6 +96,10 @@ procedures:
   CHECK_THAT(plan_file.error_of(
                  "seeds: {fixed: 1}\nprocedures: [{procedure: approach.yaml, estimator: no.so}]\n"),
              Catch::Contains("found 'no.so', expected a file"));
+  CHECK_THAT(
+      plan_file.error_of(
+          "seeds: {fixed: 1}\nprocedures: [{procedure: approach.yaml, estimator: ''}]\n"),
+      Catch::Contains("plan.yaml:2: key 'procedures[1].estimator'") && Catch::Contains("found ''"));
 }
 
 TEST_CASE("each world is a case of its own; measurements are compared in exact alone") {
