@@ -106,14 +106,17 @@ void keep(const Batch& batch, const BatchRequest& request, BatchRecord record) {
   store.begin(record);
   std::vector<FinishedRun> runs;
   for (const BatchRun& run : batch.runs) {
+    const std::string name = run.again.filename().string();
     if (run.error.empty()) {
       runs.push_back(run.as_recorded);
       runs.back().build = Build::baseline;
+      runs.push_back(run.as_again);
+      runs.back().directory = name;
+    } else {
+      runs.emplace_back().error = run.error;
+      runs.back().case_name = name;
     }
-    FinishedRun& again = runs.emplace_back(run.as_again);
-    again.case_name = run.again.filename().string();
-    if (run.error.empty()) again.directory = again.case_name;
-    if (!run.error.empty()) again.error = run.error;
+    FinishedRun& again = runs.back();
     again.wall_s = run.result.wall_s;
     again.details = {{"recorded", run.recorded.string()},
                      {"config", request.changes.config.string()},

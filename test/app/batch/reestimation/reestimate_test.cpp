@@ -247,6 +247,12 @@ TEST_CASE("Wrong input is reported by name, and the other runs go on") {
   CHECK_THAT(error("tracking.method=magic"), Catch::Contains("magic"));
   CHECK_THAT(error("method"), Catch::Contains("KEY=VALUE"));
   CHECK_THROWS_AS(again(folder / "nothing.lcm", folder / "again", {}), InputError);
+  ResultStore store(folder / "again" / "results.sqlite");
+  const auto runs = store.runs(store.batches().front());
+  REQUIRE(runs.size() == 1);
+  CHECK(runs[0].outcome == Outcome::error);
+  CHECK_THAT(runs[0].error, Catch::Contains("tracking.methud"));
+  CHECK(runs[0].values.empty());
 
   const std::filesystem::path spoilt = folder / "spoilt";
   std::filesystem::copy(recorded().run.directory, spoilt, std::filesystem::copy_options::recursive);
