@@ -89,13 +89,13 @@ void print_points(const Campaign& campaign) {
   }
   for (const auto& of : of_point) {
     if (of.empty()) continue;
-    auto& line = table.rows.emplace_back();
+    auto& line = table.rows.emplace_back().cells;
     const auto passed =
         std::count_if(of.begin(), of.end(), [](const auto& r) { return r.passed(); });
     for (std::size_t axis = 0; axis < manifest.grid.size(); ++axis) {
       line.push_back(of.front().parameters[axis].second);
     }
-    line.push_back(std::to_string(of.size()));
+    line.push_back(of.size());
     line.push_back(fixed(100.0 * static_cast<double>(passed) / static_cast<double>(of.size()), 2) +
                    " %");
     for (const KeptMeasurement& kept : manifest.measurements) {

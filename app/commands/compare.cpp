@@ -76,7 +76,11 @@ void print_side_by_side(const std::vector<report::ReportedRun>& runs, bool json)
 }
 
 int compare(const CompareOptions& options) {
-  if (options.list) std::printf("%s", evaluation::describe_measurements().c_str());
+  if (options.list && options.json) {
+    print_table(evaluation::measurement_table(), true);
+  } else if (options.list) {
+    std::printf("%s", evaluation::describe_measurements().c_str());
+  }
   if (options.list && options.runs.empty()) return exit_code::passed;
   if (options.runs.empty()) {
     throw InputError("berth compare: expected run directories or logs, or --list");

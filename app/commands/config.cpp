@@ -43,14 +43,15 @@ bool migrate(const fs::path& file, bool dry, int& count) {
 struct DescribeOptions {
   std::string what;
   bool schema = false;
+  bool json = false;
 };
 
-void list_kinds() {
-  Table table{"lll", {"kind", "files", "what they configure"}};
+void list_kinds(bool json) {
+  Table table{"lll", {"kind", "files", keyed("what they configure", "what")}};
   for (const ConfigKind& kind : config_kinds()) {
     table.rows.push_back({kind.name, kind.files, kind.what});
   }
-  std::printf("%s", text_table(table).c_str());
+  print_table(table, json);
 }
 
 /// what: a kind, or a file of one.
@@ -58,9 +59,11 @@ void describe(const DescribeOptions& options) {
   const bool is_file = fs::is_regular_file(options.what);
   const ConfigKind& kind = is_file ? kind_of_file(options.what) : config_kind(options.what);
   const auto keys = described_keys(kind, is_file ? fs::path(options.what) : fs::path());
-  const std::string text =
-      options.schema ? key_schema(kind, keys) : text_table(key_table(keys, is_file));
-  std::printf("%s", text.c_str());
+  if (options.schema) {
+    std::printf("%s", key_schema(kind, keys).c_str());
+  } else {
+    print_table(key_table(keys, is_file), options.json);
+  }
 }
 
 }  // namespace
@@ -94,11 +97,12 @@ void add_config(CLI::App& app, int& exit_code) {
   auto describe_options = std::make_shared<DescribeOptions>();
   describing->add_option("what", describe_options->what,
                          "Kind, or file; left out: which kinds there are");
+  describing->add_flag("--json", describe_options->json, "JSON instead of a table");
   describing->add_flag("--json-schema", describe_options->schema,
                        "Print a JSON Schema (draft 2020-12), by which editors complete and check");
   describing->callback([describe_options] {
     if (describe_options->what.empty()) {
-      list_kinds();
+      list_kinds(describe_options->json);
     } else {
       describe(*describe_options);
     }

@@ -3,13 +3,13 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "app/commands/commands.h"
 #include "app/exit_code.h"
 #include "app/runs/manifest.h"
 #include "app/runs/run_list.h"
 #include "common/core/error.h"
+#include "common/core/nan.h"
 #include "common/core/table.h"
 #include "common/core/text.h"
 #include "common/core/valid_text.h"
@@ -18,7 +18,6 @@ namespace berth::commands {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::ordered_json;
 
 struct RunsOptions {
   fs::path directory = "runs";
@@ -40,42 +39,27 @@ std::string text_of_margin(const RunEntry& run) {
   return shown(run.worst_margin) + " " + run.worst_unit + " (" + run.worst_criterion + ")";
 }
 
-void print_table(const std::vector<RunEntry>& runs) {
-  Table table{"lllll", {"run", "host", "target", "outcome", "worst margin", "duration", "size"}};
+Table table_of(const std::vector<RunEntry>& runs) {
+  Table table{
+      "llllrl",
+      {"run", json_only("directory"), json_only("created"), "host", json_only("operator"),
+       json_only("procedure"), json_only("layout"), "target", json_only("seed"),
+       json_only("version"), "outcome", json_only("reason"), keyed("duration", "duration_s"),
+       json_only("worst_criterion"), keyed("worst margin", "worst_margin"),
+       json_only("worst_margin_unit"), keyed("size", "bytes")}};
   for (const RunEntry& run : runs) {
-    table.rows.push_back({run.name(), run.host, run.target, state_text(run), text_of_margin(run),
-                          std::isnan(run.duration_s) ? "" : fixed(run.duration_s, 0) + " s",
-                          text_of_size(run.bytes)});
+    table.rows.push_back(
+        {{run.name(), run.directory.string(), run.created, run.host, run.operator_name,
+          run.procedure, run.layout, run.target, run.seed, run.version, state_text(run), run.reason,
+          valued(std::isnan(run.duration_s) ? "" : fixed(run.duration_s, 0) + " s", run.duration_s),
+          run.worst_criterion,
+          valued(text_of_margin(run), run.worst_criterion.empty() ? nan : run.worst_margin),
+          run.worst_unit, valued(text_of_size(run.bytes), run.bytes)},
+         Table::none,
+         run.name(),
+         run.reason});
   }
-  print_text(text_table(table));
-  for (const RunEntry& run : runs) {
-    if (!run.reason.empty()) print_text("  " + run.name() + ": " + run.reason + "\n");
-  }
-}
-
-void print_json(const std::vector<RunEntry>& runs) {
-  ordered_json list = ordered_json::array();
-  for (const RunEntry& run : runs) {
-    const bool has_margin = !run.worst_criterion.empty();
-    list.push_back({{"run", run.name()},
-                    {"directory", run.directory.string()},
-                    {"created", run.created},
-                    {"host", run.host},
-                    {"operator", run.operator_name},
-                    {"procedure", run.procedure},
-                    {"layout", run.layout},
-                    {"target", run.target},
-                    {"seed", run.seed},
-                    {"version", run.version},
-                    {"outcome", state_text(run)},
-                    {"reason", run.reason},
-                    {"duration_s", run.duration_s},
-                    {"worst_criterion", run.worst_criterion},
-                    {"worst_margin", has_margin ? ordered_json(run.worst_margin) : ordered_json()},
-                    {"worst_margin_unit", run.worst_unit},
-                    {"bytes", run.bytes}});
-  }
-  std::printf("%s\n", json_text(list, 2).c_str());
+  return table;
 }
 
 int verify(const std::vector<RunEntry>& runs) {
@@ -102,12 +86,10 @@ int runs(const RunsOptions& options) {
       one ? std::vector<RunEntry>{read_run_entry(options.directory)} : list_runs(options.directory);
   const std::vector<RunEntry> found = matching(all, options.filter, options.limit);
   if (options.verify) return verify(found);
-  if (options.json) {
-    print_json(found);
-  } else if (found.empty()) {
+  if (found.empty() && !options.json) {
     std::printf("no runs in %s%s\n", options.directory.c_str(), all.empty() ? "" : " that match");
   } else {
-    print_table(found);
+    print_table(table_of(found), options.json);
   }
   return exit_code::passed;
 }

@@ -189,16 +189,16 @@ std::vector<DescribedKey> described_keys(const ConfigKind& kind, const fs::path&
 }
 
 Table key_table(const std::vector<DescribedKey>& keys, bool with_values) {
-  Table table{"lllll", {"key", "unit or kind", "default", "allowed", "meaning"}};
+  Table table{"lllll", {"key", keyed("unit or kind", "kind"), "default", "allowed", "meaning"}};
   if (with_values) {
     table.alignment += "l";
-    table.head.insert(table.head.begin() + 1, "here");
+    table.head.insert(table.head.begin() + 1, keyed("here", "value"));
   }
   for (const auto& [key, meaning] : keys) {
     std::string default_value = key.default_value.empty() ? "-" : key.default_value;
     if (key.required) default_value = "required";
     const bool words = key.kind == Kind::choice;
-    std::vector<std::string> row = {key.path, kind_text(key), default_value,
+    std::vector<Table::Cell> row = {key.path, kind_text(key), default_value,
                                     words ? joined(key.words) : text_of(key.bounds, key.dimension),
                                     meaning};
     if (with_values) row.insert(row.begin() + 1, key.value);
@@ -211,7 +211,7 @@ std::string document_of_keys() {
   std::string text;
   for (const ConfigKind& kind : config_kinds()) {
     Table table = key_table(described_keys(kind), false);
-    for (auto& row : table.rows) row.front() = "`" + row.front() + "`";
+    for (auto& row : table.rows) row.cells[0] = "`" + row.cells[0].text + "`";
     text += "## `" + kind.files + "`\n\nKind `" + kind.name + "`: " + kind.what + ".\n\n" +
             markdown_table(table) + "\n";
   }

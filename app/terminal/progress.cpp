@@ -193,9 +193,10 @@ bool Progress::finished() const {
 
 std::string Progress::verdict() const {
   if (!finished()) return {};
-  std::string text = latest_.procedure->criteria.empty()
-                         ? ""
-                         : evaluation::verdict_table(latest_.procedure->criteria) + "\n";
+  std::string text =
+      latest_.procedure->criteria.empty()
+          ? ""
+          : text_table(evaluation::criteria_table(latest_.procedure->criteria)) + "\n";
   text += std::string(words::of_outcome(latest_.procedure->outcome));
   if (!latest_.procedure->reason.empty()) text += ": " + latest_.procedure->reason;
   return text + "\n";

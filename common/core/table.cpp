@@ -2,20 +2,50 @@
 #include "common/core/table.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "common/core/valid_text.h"
 
 namespace berth {
 namespace {
 
-/// The head, where there is one, and the rows.
+/// The head, where there is one, and the rows, as people see them.
 std::vector<std::vector<std::string>> lines_of(const Table& table) {
-  auto lines = table.rows;
-  if (!table.head.empty()) lines.insert(lines.begin(), table.head);
+  std::vector<std::vector<std::string>> lines;
+  if (!table.head.empty()) lines.push_back(table.headings());
+  for (const Table::Row& row : table.rows) {
+    auto& line = lines.emplace_back();
+    for (Table::Cell& cell : table.shown(row)) line.push_back(std::move(cell.text));
+  }
   return lines;
 }
 
+nlohmann::ordered_json json_of(const Table::Cell& cell) {
+  return std::visit(
+      [&cell](const auto& value) -> nlohmann::ordered_json {
+        if constexpr (std::is_arithmetic_v<std::decay_t<decltype(value)>>) return value;
+        return cell.text;
+      },
+      cell.value);
+}
+
 }  // namespace
+
+std::vector<Table::Cell> Table::shown(const Row& row) const {
+  std::vector<Cell> cells;
+  for (std::size_t i = 0; i < row.cells.size(); ++i) {
+    if (i >= head.size() || head[i].shown()) cells.push_back(row.cells[i]);
+  }
+  return cells;
+}
+
+std::vector<std::string> Table::headings() const {
+  std::vector<std::string> headings;
+  for (const Column& column : head) {
+    if (column.shown()) headings.push_back(column.heading);
+  }
+  return headings;
+}
 
 std::string text_table(const Table& table) {
   auto lines = lines_of(table);
@@ -37,6 +67,9 @@ std::string text_table(const Table& table) {
     }
     line.erase(line.find_last_not_of(' ') + 1);
     text += line + "\n";
+  }
+  for (const Table::Row& row : table.rows) {
+    if (!row.note.empty()) text += terminal_line("  " + row.name + ": " + row.note) + "\n";
   }
   return text;
 }
@@ -64,6 +97,21 @@ std::string csv_table(const Table& table) {
     text += "\n";
   }
   return text;
+}
+
+nlohmann::ordered_json json_table(const Table& table) {
+  auto rows = nlohmann::ordered_json::array();
+  for (const Table::Row& row : table.rows) {
+    auto& object = rows.emplace_back(nlohmann::ordered_json::object());
+    for (std::size_t i = 0; i < std::min(row.cells.size(), table.head.size()); ++i) {
+      if (!table.head[i].key.empty()) object[table.head[i].key] = json_of(row.cells[i]);
+    }
+  }
+  return rows;
+}
+
+void print_table(const Table& table, bool json) {
+  print_text(json ? json_text(json_table(table), 2) + "\n" : text_table(table));
 }
 
 }  // namespace berth

@@ -277,18 +277,26 @@ std::string p_text(double p) {
   return p < 0.0001 ? "<0.0001" : fixed(p, 4);
 }
 
-std::vector<std::string> cells_of(const ChangeRow& row) {
+Table::Row cells_of(const ChangeRow& row) {
   const PairedDifference& d = row.difference;
   return {row.phase,
           row.measurement + " " + row.statistic,
           row.unit,
-          std::to_string(d.pairs),
+          d.pairs,
           number(d.before),
           number(d.after),
           number(d.difference, true),
           "[" + number(d.low, true) + ", " + number(d.high, true) + "]",
           p_text(row.adjusted_p),
           text_of(row.judgement)};
+}
+
+Table status_table(const StatusChanges& statuses) {
+  Table table{"ll", {"recorded", "again", "estimates"}};
+  for (const auto& [status, count] : statuses) {
+    table.rows.push_back({status.first, status.second, count});
+  }
+  return table;
 }
 
 }  // namespace
@@ -303,11 +311,7 @@ std::string text_of(const Change& change, double level) {
     phase = row.phase;
     table.rows.push_back(cells_of(row));
   }
-  Table statuses{"ll", {"recorded", "again", "estimates"}};
-  for (const auto& [status, count] : change.statuses) {
-    statuses.rows.push_back({status.first, status.second, std::to_string(count)});
-  }
-  return text_table(table) + "\nstatus:\n" + text_table(statuses) +
+  return text_table(table) + "\nstatus:\n" + text_table(status_table(change.statuses)) +
          "\nagainst truth: " + change.verdict() + "\n";
 }
 
@@ -329,13 +333,10 @@ nlohmann::ordered_json json_of(const Change& change) {
                     {"p_adjusted", row.adjusted_p},
                     {"judgement", text_of(row.judgement)}});
   }
-  nlohmann::ordered_json statuses = nlohmann::ordered_json::array();
-  for (const auto& [status, count] : change.statuses) {
-    statuses.push_back(
-        {{"recorded", status.first}, {"again", status.second}, {"estimates", count}});
-  }
-  return {
-      {"runs", change.runs}, {"verdict", change.verdict()}, {"rows", rows}, {"statuses", statuses}};
+  return {{"runs", change.runs},
+          {"verdict", change.verdict()},
+          {"rows", rows},
+          {"statuses", json_table(status_table(change.statuses))}};
 }
 
 }  // namespace berth::evaluation

@@ -96,6 +96,8 @@ Comparison compare_record(const RunRecord& record, const NearestPoint& nearest,
 bool same_results(const std::vector<criterion_result_t>& a,
                   const std::vector<criterion_result_t>& b);
 
+/// Duration, estimates, update rate and share of tracking of a phase.
+std::string heading_of(const PhaseTable& phase);
 /// Identity of the run, in a line or two, and the basis of truth.
 std::string heading_of(const Comparison& comparison);
 /// Every measurement of every phase, and the latencies, as tables.
@@ -107,8 +109,13 @@ std::string verdict_text(const Comparison& comparison);
 std::string truth_line(const Comparison& comparison);
 std::string json_of(const Comparison& comparison);
 
-/// The verdict as a table: criterion, value, limits, margin, result.
-std::string verdict_table(const std::vector<criterion_result_t>& criteria);
+/// Result, value, limits and margin of each criterion. @param claims of each, where there are any
+Table criteria_table(const std::vector<criterion_result_t>& criteria,
+                     const std::vector<std::string>& claims = {});
+/// State, duration and detail of each step, which is named with its number.
+Table steps_table(const std::vector<procedure_step_t>& steps);
+/// Measurements of a phase but those of detail, for people.
+Table phase_table(const PhaseTable& phase);
 /// The verdict in one line, and whether the log reproduces the recorded one.
 std::string verdict_line(const Comparison& comparison);
 

@@ -10,28 +10,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-ordered_json json_of_criteria(const Comparison& comparison) {
-  ordered_json list = ordered_json::array();
-  for (std::size_t i = 0; i < comparison.criteria.size(); ++i) {
-    const criterion_result_t& c = comparison.criteria[i];
-    list.push_back({{"name", c.name},
-                    {"measurement", c.measurement},
-                    {"phase", c.phase},
-                    {"unit", c.unit},
-                    {"value", c.value},
-                    {"uncertainty", c.uncertainty},
-                    {"min", c.lower_limit},
-                    {"max", c.upper_limit},
-                    {"margin", margin(c)},
-                    {"samples", c.samples},
-                    {"result", words::of_criterion(c.result)},
-                    {"reason", c.reason}});
-    const std::string& claim = comparison.claims[i];
-    if (!claim.empty()) list.back()["claim"] = claim;
-  }
-  return list;
-}
-
 ordered_json json_of_phases(const std::vector<PhaseTable>& phases) {
   ordered_json list = ordered_json::array();
   for (const PhaseTable& phase : phases) {
@@ -84,21 +62,6 @@ ordered_json json_of_run(const run_info_t& info) {
           {"files", files}};
 }
 
-ordered_json json_of_steps(const std::vector<procedure_step_t>& steps) {
-  ordered_json list = ordered_json::array();
-  for (const procedure_step_t& s : steps) {
-    list.push_back({{"name", s.name},
-                    {"phase", s.phase},
-                    {"state", words::of_step_state(s.state)},
-                    {"attempts", s.attempts},
-                    {"depth", s.depth},
-                    {"detail", s.detail},
-                    {"utime_start", s.utime_start},
-                    {"utime_end", s.utime_end}});
-  }
-  return list;
-}
-
 ordered_json json_of_truth(const Comparison& comparison) {
   ordered_json bases = ordered_json::array();
   for (const TruthBasis& b : comparison.truth_bases) {
@@ -107,29 +70,6 @@ ordered_json json_of_truth(const Comparison& comparison) {
   return {{"rests_on", bases},
           {"position_sigma_m", comparison.truth_position_sigma},
           {"attitude_sigma_rad", comparison.truth_attitude_sigma}};
-}
-
-const char* kind_of(Latency::Kind kind) {
-  constexpr const char* names[] = {"delay", "clock", "round trip"};
-  return names[static_cast<int>(kind)];
-}
-
-ordered_json json_of_latencies(const std::vector<Latency>& latencies) {
-  ordered_json list = ordered_json::array();
-  for (const Latency& l : latencies) {
-    list.push_back({{"name", l.name},
-                    {"kind", kind_of(l.kind)},
-                    {"value_s", l.value},
-                    {"low_s", l.low},
-                    {"high_s", l.high},
-                    {"samples", l.samples},
-                    {"remark", l.remark}});
-    if (l.kind != Latency::Kind::delay) continue;
-    list.back()["sigma_information_s"] = l.sigma_information;
-    list.back()["sigma_bootstrap_s"] = l.sigma_bootstrap;
-    list.back()["sigma_truth_offset_s"] = l.sigma_offset;
-  }
-  return list;
 }
 
 }  // namespace
@@ -150,11 +90,11 @@ std::string json_of(const Comparison& comparison) {
       {"recorded_outcome", words::of_outcome(comparison.recorded_outcome)},
       {"agrees_with_recorded", comparison.agrees},
       {"duration_s", comparison.duration_s},
-      {"steps", json_of_steps(comparison.steps)},
-      {"criteria", json_of_criteria(comparison)},
+      {"steps", json_table(steps_table(comparison.steps))},
+      {"criteria", json_table(criteria_table(comparison.criteria, comparison.claims))},
       {"phases", json_of_phases(comparison.phases)},
       {"truth", json_of_truth(comparison)},
-      {"latencies", json_of_latencies(comparison.latencies)},
+      {"latencies", json_table(latency_table(comparison.latencies))},
       {"remarks", comparison.remarks},
   };
   if (!comparison.source.empty()) json["source"] = comparison.source;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cmath>
-#include <cstdio>
 #include <vector>
 
 #include "common/core/table.h"
@@ -13,45 +12,94 @@ namespace {
 
 std::string limit(double value) { return std::isinf(value) ? "" : shown(value); }
 
-std::string phase_text(const PhaseTable& phase) {
-  char head[160];
-  std::snprintf(head, sizeof head, "%s: %.1f s, %lld good estimates, %.2f Hz, tracking %.1f %%\n",
-                phase.phase.c_str(), phase.duration_s, static_cast<long long>(phase.estimates),
-                phase.update_rate_hz, 100 * phase.tracking_share);
-  // Without an estimate there is nothing to compare; the JSON has the rest.
-  if (phase.estimates == 0) return head;
-  Table table{"ll", {"", "unit", "samples", "mean", "rms", "p95", "peak", "+-"}};
-  for (const SeriesRow& row : phase.rows) {
-    const Measurement& m = *row.measurement;
-    if (m.detail) continue;
-    table.rows.push_back({m.name, m.unit, std::to_string(row.samples), shown(row.mean),
-                          shown(row.rms), shown(row.p95), shown(row.peak), shown(row.uncertainty)});
+Table::Status status_of(const criterion_result_t& c) {
+  return c.result == criterion_result_t::PASSED   ? Table::passed
+         : c.result == criterion_result_t::FAILED ? Table::failed
+                                                  : Table::inconclusive;
+}
+
+Table::Status status_of(const procedure_step_t& step) {
+  switch (step.state) {
+    case procedure_step_t::PASSED:
+      return Table::passed;
+    case procedure_step_t::PENDING:
+    case procedure_step_t::SKIPPED:
+      return Table::inconclusive;
+    case procedure_step_t::FAILED:
+      return Table::failed;
+    default:
+      return Table::error;
   }
-  for (const NumberRow& row : phase.numbers) {
-    const Measurement& m = *row.measurement;
-    if (m.detail || m.name == "duration" || m.name == "estimates") continue;
-    table.rows.push_back({m.name, m.unit, std::to_string(row.samples), shown(row.value), "", "", "",
-                          shown(row.uncertainty)});
-  }
-  return head + text_table(table);
 }
 
 }  // namespace
 
-std::string verdict_table(const std::vector<criterion_result_t>& criteria) {
-  // the subject is the last column: a narrow terminal cuts it off
-  Table table{"llrrrrrrl",
-              {"result", "criterion", "value", "unit", "+-", "min", "max", "margin", "of"}};
-  std::string reasons;
-  for (const criterion_result_t& c : criteria) {
-    const double m = margin(c);
-    table.rows.push_back({words::of_criterion(c.result), c.name, shown(c.value), c.unit,
-                          std::isnan(c.value) ? "" : shown(c.uncertainty), limit(c.lower_limit),
-                          limit(c.upper_limit), std::isnan(m) ? "" : shown(m),
-                          c.measurement + ", " + c.phase});
-    if (!c.reason.empty()) reasons += "note: criterion '" + c.name + "': " + c.reason + "\n";
+Table phase_table(const PhaseTable& phase) {
+  Table table{"ll", {"", "unit", "samples", "mean", "rms", "p95", "peak", "+-"}};
+  for (const SeriesRow& row : phase.rows) {
+    const Measurement& m = *row.measurement;
+    if (m.detail) continue;
+    table.rows.push_back({m.name, m.unit, row.samples, shown(row.mean), shown(row.rms),
+                          shown(row.p95), shown(row.peak), shown(row.uncertainty)});
   }
-  return text_table(table) + reasons;
+  for (const NumberRow& row : phase.numbers) {
+    const Measurement& m = *row.measurement;
+    if (m.detail || m.name == "duration" || m.name == "estimates") continue;
+    table.rows.push_back(
+        {m.name, m.unit, row.samples, shown(row.value), "", "", "", shown(row.uncertainty)});
+  }
+  return table;
+}
+
+Table criteria_table(const std::vector<criterion_result_t>& criteria,
+                     const std::vector<std::string>& claims) {
+  // the subject is the last column shown: a narrow terminal cuts it off
+  Table table{"llrrrrrrl",
+              {no_json("result"), keyed("criterion", "name"), json_only("measurement"),
+               json_only("phase"), json_only("unit"), "value", no_json("unit"),
+               keyed("+-", "uncertainty"), "min", "max", "margin", no_json("of"),
+               json_only("samples"), json_only("result"), json_only("reason"), json_only("claim")}};
+  for (std::size_t i = 0; i < criteria.size(); ++i) {
+    const criterion_result_t& c = criteria[i];
+    const double m = margin(c);
+    const char* result = words::of_criterion(c.result);
+    std::vector<Table::Cell> cells = {
+        result,
+        c.name,
+        c.measurement,
+        c.phase,
+        c.unit,
+        valued(shown(c.value), c.value),
+        c.unit,
+        valued(std::isnan(c.value) ? "" : shown(c.uncertainty), c.uncertainty),
+        valued(limit(c.lower_limit), c.lower_limit),
+        valued(limit(c.upper_limit), c.upper_limit),
+        valued(std::isnan(m) ? "" : shown(m), m),
+        c.measurement + ", " + c.phase,
+        c.samples,
+        result,
+        c.reason};
+    if (i < claims.size() && !claims[i].empty()) cells.push_back(claims[i]);
+    table.rows.push_back({std::move(cells), status_of(c), c.name, c.reason});
+  }
+  return table;
+}
+
+Table steps_table(const std::vector<procedure_step_t>& steps) {
+  Table table{"l",
+              {no_json("state"), json_only("name"), json_only("phase"), json_only("state"),
+               json_only("attempts"), json_only("depth"), "detail", json_only("utime_start"),
+               json_only("utime_end")}};
+  for (const procedure_step_t& s : steps) {
+    const char* state = words::of_step_state(s.state);
+    table.rows.push_back(
+        {{state, s.name, s.phase, state, s.attempts, s.depth, s.detail, s.utime_start, s.utime_end},
+         status_of(s),
+         std::to_string(table.rows.size() + 1) + " " + s.name,
+         "",
+         s.utime_end > s.utime_start ? seconds(s.utime_end - s.utime_start) : 0});
+  }
+  return table;
 }
 
 std::string verdict_line(const Comparison& comparison) {
@@ -79,6 +127,12 @@ std::string truth_line(const Comparison& comparison) {
          shown(degrees(comparison.truth_attitude_sigma)) + " deg";
 }
 
+std::string heading_of(const PhaseTable& phase) {
+  return phase.phase + ": " + fixed(phase.duration_s, 1) + " s, " +
+         std::to_string(phase.estimates) + " good estimates, " + fixed(phase.update_rate_hz, 2) +
+         " Hz, tracking " + fixed(100 * phase.tracking_share, 1) + " %";
+}
+
 std::string heading_of(const Comparison& comparison) {
   std::string text;
   const LogSummary& log = comparison.summary;
@@ -101,15 +155,21 @@ std::string heading_of(const Comparison& comparison) {
 std::string measurements_text(const Comparison& comparison) {
   std::string text;
   for (const PhaseTable& phase : comparison.phases) {
-    if (phase.phase != teardown_phase) text += phase_text(phase) + "\n";
+    if (phase.phase == teardown_phase) continue;
+    text += heading_of(phase) + "\n";
+    // Without an estimate there is nothing to compare; the JSON has the rest.
+    if (phase.estimates > 0) text += text_table(phase_table(phase));
+    text += "\n";
   }
-  if (!comparison.latencies.empty()) text += latency_table(comparison.latencies) + "\n";
+  if (!comparison.latencies.empty()) {
+    text += text_table(latency_table(comparison.latencies)) + "\n";
+  }
   return text;
 }
 
 std::string verdict_text(const Comparison& comparison) {
   std::string text;
-  if (!comparison.criteria.empty()) text += verdict_table(comparison.criteria) + "\n";
+  if (!comparison.criteria.empty()) text += text_table(criteria_table(comparison.criteria)) + "\n";
   for (const std::string& remark : comparison.remarks) text += "note: " + remark + "\n";
   return text + verdict_line(comparison) + "\n";
 }

@@ -2,7 +2,6 @@
 #include "evaluation/compare/junit.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "common/core/text.h"
 #include "common/core/valid_text.h"
@@ -10,8 +9,6 @@
 
 namespace berth::evaluation {
 namespace {
-
-using Result = JunitCase::Result;
 
 std::string attribute(const char* name, const std::string& value) {
   return std::string(" ") + name + "=\"" + markup_text(value) + "\"";
@@ -21,99 +18,82 @@ std::string attribute(const char* name, std::size_t value) {
   return attribute(name, std::to_string(value));
 }
 
-std::size_t count(const JunitSuite& suite, Result result) {
-  return static_cast<std::size_t>(
-      std::count_if(suite.cases.begin(), suite.cases.end(),
-                    [result](const JunitCase& c) { return c.result == result; }));
+/// Test cases of a suite.
+struct Counts {
+  std::size_t tests = 0;
+  std::size_t failures = 0;
+  std::size_t errors = 0;
+  std::size_t skipped = 0;
+
+  void add(const JunitSuite& suite) {
+    for (const auto& [class_name, table] : suite.tables) {
+      for (const Table::Row& row : table.rows) {
+        ++tests;
+        failures += row.status == Table::failed ? 1 : 0;
+        errors += row.status == Table::error ? 1 : 0;
+        skipped += row.status == Table::inconclusive ? 1 : 0;
+      }
+    }
+  }
+  std::string attributes(double time_s) const {
+    return attribute("tests", tests) + attribute("failures", failures) +
+           attribute("errors", errors) + attribute("skipped", skipped) +
+           attribute("time", fixed(time_s, 3));
+  }
+};
+
+/// "result FAILED; value 3.000; max 2.000": the cells that hold anything but the row's name.
+std::string message_of(const Table& table, const Table::Row& row) {
+  const auto headings = table.headings();
+  const auto cells = table.shown(row);
+  std::string text;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    if (cells[i].text.empty() || cells[i].text == row.name) continue;
+    text += (text.empty() ? "" : "; ") + headings.at(i) + " " + cells[i].text;
+  }
+  return text + (row.note.empty() ? "" : "; " + row.note);
 }
 
-std::string text_of(const JunitCase& c) {
-  std::string text = "    <testcase" + attribute("classname", c.class_name) +
-                     attribute("name", c.name) + attribute("time", fixed(c.time_s, 3));
-  if (c.result == Result::passed) return text + "/>\n";
-  const char* tag = c.result == Result::failed  ? "failure"
-                    : c.result == Result::error ? "error"
-                                                : "skipped";
-  text += std::string(">\n      <") + tag + attribute("message", c.message);
-  if (c.result != Result::skipped) text += attribute("type", tag);
+std::string text_of(const std::string& class_name, const Table& table, const Table::Row& row) {
+  std::string text = "    <testcase" + attribute("classname", class_name) +
+                     attribute("name", row.name) + attribute("time", fixed(row.time_s, 3));
+  if (row.status == Table::none || row.status == Table::passed) return text + "/>\n";
+  const char* tag = row.status == Table::failed  ? "failure"
+                    : row.status == Table::error ? "error"
+                                                 : "skipped";
+  text += std::string(">\n      <") + tag + attribute("message", message_of(table, row));
+  if (row.status != Table::inconclusive) text += attribute("type", tag);
   return text + "/>\n    </testcase>\n";
 }
 
 std::string text_of(const JunitSuite& suite) {
+  Counts counts;
+  counts.add(suite);
   std::string text = "  <testsuite" + attribute("name", suite.name) +
-                     attribute("tests", suite.cases.size()) +
-                     attribute("failures", count(suite, Result::failed)) +
-                     attribute("errors", count(suite, Result::error)) +
-                     attribute("skipped", count(suite, Result::skipped)) +
-                     attribute("time", fixed(suite.time_s, 3)) + ">\n    <properties>\n";
+                     counts.attributes(suite.time_s) + ">\n    <properties>\n";
   for (const auto& [name, value] : suite.properties) {
     text += "      <property" + attribute("name", name) + attribute("value", value) + "/>\n";
   }
   text += "    </properties>\n";
-  for (const JunitCase& c : suite.cases) text += text_of(c);
+  for (const auto& [class_name, table] : suite.tables) {
+    for (const Table::Row& row : table.rows) text += text_of(class_name, table, row);
+  }
   if (!suite.output.empty()) {
     text += "    <system-out>" + markup_text(suite.output) + "</system-out>\n";
   }
   return text + "  </testsuite>\n";
 }
 
-JunitCase case_of(const procedure_step_t& step, std::size_t number, const std::string& procedure) {
-  JunitCase c;
-  c.class_name = procedure + ".steps";
-  c.name = std::to_string(number) + " " + step.name;
-  c.time_s = step.utime_end > step.utime_start ? seconds(step.utime_end - step.utime_start) : 0;
-  c.message = step.detail;
-  switch (step.state) {
-    case procedure_step_t::PASSED:
-      break;
-    case procedure_step_t::PENDING:
-      c.result = Result::skipped;
-      c.message = "did not run";
-      break;
-    case procedure_step_t::SKIPPED:
-      c.result = Result::skipped;
-      break;
-    case procedure_step_t::FAILED:
-      c.result = Result::failed;
-      break;
-    default:
-      c.result = Result::error;
-      c.message = std::string(words::of_step_state(step.state)) +
-                  (step.detail.empty() ? "" : ": " + step.detail);
-  }
-  return c;
-}
-
-std::string limits_text(const criterion_result_t& c) {
-  std::string text;
-  if (std::isfinite(c.lower_limit)) text += ", min " + shown(c.lower_limit);
-  if (std::isfinite(c.upper_limit)) text += ", max " + shown(c.upper_limit);
-  return text + (c.unit.empty() ? "" : " " + c.unit);
-}
-
-JunitCase case_of(const criterion_result_t& criterion, const std::string& procedure) {
-  JunitCase c;
-  c.class_name = procedure + ".criteria";
-  c.name = criterion.name;
-  c.message = criterion.measurement + " over " + criterion.phase + ": " + shown(criterion.value) +
-              " +- " + shown(criterion.uncertainty) + limits_text(criterion) +
-              (criterion.reason.empty() ? "" : "; " + criterion.reason);
-  c.result = criterion.result == criterion_result_t::PASSED   ? Result::passed
-             : criterion.result == criterion_result_t::FAILED ? Result::failed
-                                                              : Result::skipped;
-  return c;
-}
-
-Result result_of_outcome(std::int8_t outcome) {
+Table::Status status_of_outcome(std::int8_t outcome) {
   switch (outcome) {
     case procedure_state_t::PASS:
-      return Result::passed;
+      return Table::passed;
     case procedure_state_t::FAIL:
-      return Result::failed;
+      return Table::failed;
     case procedure_state_t::INCONCLUSIVE:
-      return Result::skipped;
+      return Table::inconclusive;
     default:
-      return Result::error;
+      return Table::error;
   }
 }
 
@@ -133,42 +113,33 @@ JunitSuite junit_suite_of(const Comparison& comparison) {
                         {"target", info.target},
                         {"configuration_hash", info.configuration_hash}};
   }
-  for (std::size_t i = 0; i < comparison.steps.size(); ++i) {
-    suite.cases.push_back(case_of(comparison.steps[i], i + 1, suite.name));
+  const Table steps = steps_table(comparison.steps);
+  const Table criteria = criteria_table(comparison.criteria);
+  suite.tables = {{suite.name + ".steps", steps}, {suite.name + ".criteria", criteria}};
+  const Table::Status verdict = status_of_outcome(comparison.outcome);
+  const auto explains = [verdict](const Table::Row& row) { return row.status == verdict; };
+  if (verdict != Table::passed && std::none_of(steps.rows.begin(), steps.rows.end(), explains) &&
+      std::none_of(criteria.rows.begin(), criteria.rows.end(), explains)) {
+    Table table{"l", {no_json("outcome"), no_json("reason")}};
+    table.rows.push_back(
+        {{words::of_outcome(comparison.outcome), comparison.reason}, verdict, "verdict"});
+    suite.tables.emplace_back(suite.name, table);
   }
-  for (const criterion_result_t& c : comparison.criteria) {
-    suite.cases.push_back(case_of(c, suite.name));
-  }
-  const Result verdict = result_of_outcome(comparison.outcome);
-  if (verdict != Result::passed && count(suite, verdict) == 0) {
-    suite.cases.push_back({suite.name, "verdict", verdict,
-                           std::string(words::of_outcome(comparison.outcome)) +
-                               (comparison.reason.empty() ? "" : ": " + comparison.reason),
-                           0});
-  }
-  suite.output = verdict_table(comparison.criteria) + verdict_line(comparison) + "\n";
+  suite.output = text_table(criteria) + verdict_line(comparison) + "\n";
   return suite;
 }
 
 std::string junit_xml(const std::vector<JunitSuite>& suites) {
-  std::size_t tests = 0;
-  std::size_t failures = 0;
-  std::size_t errors = 0;
-  std::size_t skipped = 0;
+  Counts counts;
   double time_s = 0;
+  std::string list;
   for (const JunitSuite& suite : suites) {
-    tests += suite.cases.size();
-    failures += count(suite, Result::failed);
-    errors += count(suite, Result::error);
-    skipped += count(suite, Result::skipped);
+    counts.add(suite);
     time_s += suite.time_s;
+    list += text_of(suite);
   }
-  std::string text = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"berth\"" +
-                     attribute("tests", tests) + attribute("failures", failures) +
-                     attribute("errors", errors) + attribute("skipped", skipped) +
-                     attribute("time", fixed(time_s, 3)) + ">\n";
-  for (const JunitSuite& suite : suites) text += text_of(suite);
-  return text + "</testsuites>\n";
+  return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"berth\"" +
+         counts.attributes(time_s) + ">\n" + list + "</testsuites>\n";
 }
 
 }  // namespace berth::evaluation

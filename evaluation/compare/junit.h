@@ -9,24 +9,14 @@
 
 namespace berth::evaluation {
 
-/// One test case of a JUnit report.
-struct JunitCase {
-  enum class Result { passed, failed, error, skipped };
-
-  std::string class_name;
-  std::string name;
-  Result result = Result::passed;
-  std::string message;  ///< unless passed: why
-  double time_s = 0;
-};
-
-/// One test suite of a JUnit report.
+/// One test suite of a JUnit report. Each row of its tables is a test case with the row's name,
+/// duration and status: inconclusive is skipped; the message are the row's cells and its note.
 struct JunitSuite {
   std::string name;
   double time_s = 0;
   std::vector<std::pair<std::string, std::string>> properties;
-  std::vector<JunitCase> cases;
-  std::string output;  ///< system-out
+  std::vector<std::pair<std::string, Table>> tables;  ///< class name and tests
+  std::string output;                                 ///< system-out
 };
 
 /// A run as a test suite named after its procedure: one case per step and per criterion. A

@@ -113,7 +113,7 @@ std::string text_of_side_by_side(const std::vector<std::string>& names,
     table.head.push_back("paired, 95 %");
   }
   for (const SideBySideRow& row : rows) {
-    std::vector<std::string> line = {row.phase, row.measurement, row.unit};
+    std::vector<Table::Cell> line = {row.phase, row.measurement, row.unit};
     for (std::size_t i = 0; i < row.values.size(); ++i) {
       line.push_back(shown(row.values[i]));
       if (i == 0) continue;

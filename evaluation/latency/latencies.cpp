@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "common/core/table.h"
 #include "common/core/text.h"
 
 namespace berth::evaluation {
@@ -13,44 +12,36 @@ std::string milliseconds(double seconds) {
   return std::isfinite(seconds) ? fixed(1e3 * seconds, 2) : "";
 }
 
-const char* basis_word(Latency::Kind kind) {
-  switch (kind) {
-    case Latency::Kind::delay:
-      return "motion";
-    case Latency::Kind::clock:
-      return "clock map";
-    case Latency::Kind::trip:
-      break;
-  }
-  return "round trip";
-}
-
 }  // namespace
 
-std::vector<std::string> latency_cells(const Latency& l) {
-  const bool clock = l.kind == Latency::Kind::clock;
-  const double about = clock ? l.value : 0;
-  const std::string offset = clock ? "offset " + fixed(l.value, 6) + " s, " : "";
-  return {l.name,
-          basis_word(l.kind),
-          clock ? "" : milliseconds(l.value),
-          milliseconds(l.low - about),
-          milliseconds(l.high - about),
-          std::to_string(l.samples),
-          offset + l.remark};
-}
-
-std::string latency_table(const std::vector<Latency>& latencies) {
-  if (latencies.empty()) return {};
-  Table table{"ll", {"latency", "from", "ms", "95 % low", "high", "samples"}};
-  std::string remarks;
+Table latency_table(const std::vector<Latency>& latencies) {
+  constexpr const char* kinds[] = {"delay", "clock", "round trip"};
+  constexpr const char* bases[] = {"motion", "clock map", "round trip"};
+  Table table{"ll",
+              {keyed("latency", "name"), json_only("kind"), no_json("from"), keyed("ms", "value_s"),
+               keyed("95 % low", "low_s"), keyed("high", "high_s"), "samples", json_only("remark"),
+               json_only("sigma_information_s"), json_only("sigma_bootstrap_s"),
+               json_only("sigma_truth_offset_s")}};
   for (const Latency& l : latencies) {
-    std::vector<std::string> cells = latency_cells(l);
-    if (!cells.back().empty()) remarks += "  " + l.name + ": " + cells.back() + "\n";
-    cells.pop_back();
-    table.rows.push_back(std::move(cells));
+    const auto kind = static_cast<std::size_t>(l.kind);
+    const bool clock = l.kind == Latency::Kind::clock;
+    const double about = clock ? l.value : 0;
+    std::vector<Table::Cell> cells = {l.name,
+                                      kinds[kind],
+                                      bases[kind],
+                                      valued(clock ? "" : milliseconds(l.value), l.value),
+                                      valued(milliseconds(l.low - about), l.low),
+                                      valued(milliseconds(l.high - about), l.high),
+                                      l.samples,
+                                      l.remark};
+    if (l.kind == Latency::Kind::delay) {
+      cells.insert(cells.end(), {valued("", l.sigma_information), valued("", l.sigma_bootstrap),
+                                 valued("", l.sigma_offset)});
+    }
+    const std::string offset = clock ? "offset " + fixed(l.value, 6) + " s, " : "";
+    table.rows.push_back({std::move(cells), Table::none, l.name, offset + l.remark});
   }
-  return text_table(table) + remarks;
+  return table;
 }
 
 }  // namespace berth::evaluation

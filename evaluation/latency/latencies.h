@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "common/core/table.h"
+
 namespace berth::evaluation {
 
 /// One delay between LIDAR, arms and host as a run's data show it, with its 95 % interval. Times in
@@ -27,11 +29,8 @@ struct Latency {
   std::string remark;
 };
 
-/// Of a table for people: latency, from what, ms, low, high, samples, remark. Of a clock the bounds
-/// about its offset, which may be as large as the time since an epoch and is in the remark.
-std::vector<std::string> latency_cells(const Latency& latency);
-
-/// The latencies as a table; empty when there are none.
-std::string latency_table(const std::vector<Latency>& latencies);
+/// For people in ms, of a clock the bounds about its offset, which may be as large as the time
+/// since an epoch and is in the note; in JSON in s.
+Table latency_table(const std::vector<Latency>& latencies);
 
 }  // namespace berth::evaluation

@@ -5,7 +5,6 @@
 #include <exception>
 #include <limits>
 
-#include "common/core/table.h"
 #include "common/core/text.h"
 #include "evaluation/measure/series.h"
 
@@ -96,18 +95,29 @@ Preference Measurement::preference(Statistic statistic) const {
   return {direction, ideal == nullptr ? 0 : shown(ideal(statistic))};
 }
 
+Table measurement_table() {
+  Table table{"lllll",
+              {keyed("measurement", "name"), "unit", keyed("of", "kind"), "better",
+               keyed("what it is", "description"), json_only("family")}};
+  for (const Measurement& m : measurements()) {
+    table.rows.push_back(
+        {m.name, m.unit, m.series ? "series" : "number", better_of(m), m.description, m.family});
+  }
+  return table;
+}
+
 std::string describe_measurements(bool markdown) {
   std::string text;
-  Table table{"lllll", {"measurement", "unit", "of", "better", "what it is"}};
-  const auto& all = measurements();
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const Measurement& m = all[i];
-    table.rows.push_back({markdown ? "`" + m.name + "`" : m.name, m.unit,
-                          m.series ? "series" : "number", better_of(m), m.description});
-    if (i + 1 < all.size() && all[i + 1].family == m.family) continue;
+  const Table all = measurement_table();
+  Table table{all.alignment, all.head};
+  for (std::size_t i = 0; i < all.rows.size(); ++i) {
+    Table::Row& row = table.rows.emplace_back(all.rows[i]);
+    if (markdown) row.cells[0] = "`" + row.cells[0].text + "`";
+    const std::string& family = row.cells.back().text;
+    if (i + 1 < all.rows.size() && all.rows[i + 1].cells.back().text == family) continue;
     text += text.empty() ? "" : "\n";
-    text += markdown ? "### " + m.family + "\n\n" + markdown_table(table)
-                     : m.family + "\n" + text_table(table);
+    text += markdown ? "### " + family + "\n\n" + markdown_table(table)
+                     : family + "\n" + text_table(table);
     table.rows.clear();
   }
   if (markdown) return text;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/core/quantity.h"
+#include "common/core/table.h"
 #include "evaluation/measure/statistic.h"
 #include "evaluation/run/run_record.h"
 
@@ -78,7 +79,9 @@ inline constexpr char safety_family[] = "safety: how faults are answered";
 const std::vector<Measurement>& measurements();
 /// nullptr when there is no such measurement.
 const Measurement* measurement_named(const std::string& name);
-/// The table of measurements and statistics, for people; with Markdown's bars for docs.
+/// Name, unit, kind, better direction and description of each.
+Table measurement_table();
+/// The same and the statistics, for people; with Markdown's bars for docs.
 std::string describe_measurements(bool markdown = false);
 
 }  // namespace berth::evaluation

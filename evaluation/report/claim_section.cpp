@@ -23,7 +23,7 @@ Html value_of(const criterion_result_t& c) {
 }
 
 Html claim_table(const evaluation::Comparison& comparison) {
-  HtmlTable table{"lll", {"", "claim", "judged as", "here", "claimed"}};
+  Table table{"lll", {"", "claim", "judged as", "here", "claimed"}};
   for (std::size_t i = 0; i < comparison.criteria.size(); ++i) {
     const criterion_result_t& c = comparison.criteria[i];
     if (comparison.claims[i].empty()) continue;

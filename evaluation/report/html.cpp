@@ -32,24 +32,43 @@ Html link(std::string_view relative_path, const Html& content) {
   return {"<a href=\"" + address + "\">" + content.code + "</a>"};
 }
 
-Html html_of(const HtmlTable& table) {
-  Html html = markup("<div class=\"scroll\"><table><thead><tr>");
-  const auto open = [&table](const char* tag, std::size_t column) {
+namespace {
+
+const char* class_of(Table::Status status) {
+  return status == Table::passed ? "good" : status == Table::failed ? "bad" : "unsure";
+}
+
+Html content_of(const Table::Cell& cell) {
+  const Html content = cell.drawing.empty() ? text(cell.text) : cell.drawing;
+  return cell.link.empty() ? content : link(cell.link, content);
+}
+
+}  // namespace
+
+Html html_of(const Table& table) {
+  const auto in = [&table](const char* tag, std::size_t column, const Html& content) {
     const bool left = column < table.alignment.size() && table.alignment[column] == 'l';
-    return std::string("<") + tag + (left ? " class=\"l\">" : ">");
+    return element(tag, left ? "l" : "", content);
   };
-  for (std::size_t i = 0; i < table.head.size(); ++i) {
-    html += markup(open("th", i)) + text(table.head[i]) + markup("</th>");
-  }
+  Html html = markup("<div class=\"scroll\"><table><thead><tr>");
+  std::size_t column = 0;
+  for (const std::string& heading : table.headings()) html += in("th", column++, text(heading));
   html += markup("</tr></thead><tbody>\n");
-  for (const auto& row : table.rows) {
+  for (const Table::Row& row : table.rows) {
     html += markup("<tr>");
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      html += markup(open("td", i)) + row[i] + markup("</td>");
+    column = 0;
+    for (const Table::Cell& cell : table.shown(row)) {
+      const bool coloured = column == 0 && row.status != Table::none;
+      const Html content = content_of(cell);
+      html += in("td", column++, coloured ? element("b", class_of(row.status), content) : content);
     }
     html += markup("</tr>\n");
   }
-  return html + markup("</tbody></table></div>\n");
+  html += markup("</tbody></table></div>\n");
+  for (const Table::Row& row : table.rows) {
+    if (!row.note.empty()) html += element("p", "soft", text(row.name + ": " + row.note));
+  }
+  return html;
 }
 
 void Page::section(const std::string& id, const std::string& heading, const Html& content) {

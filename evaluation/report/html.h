@@ -28,9 +28,9 @@ std::string style_along(double from, double to);
 /// -._~/ is percent-encoded.
 Html link(std::string_view relative_path, const Html& content);
 
-/// A table of HTML. It scrolls sideways where the page is narrow.
-using HtmlTable = TableOf<Html>;
-Html html_of(const HtmlTable& table);
+/// Scrolls sideways where the page is narrow. A row's status colours its first cell, as page.css
+/// does "good", "bad" and "unsure"; notes are below.
+Html html_of(const Table& table);
 
 /// page.css and page.js, put into the program when it is built.
 extern const char* const page_style;

@@ -43,7 +43,7 @@ Html step_section(const RunView& view) {
   if (!state || state->steps.empty()) return {};
   Utime last = state->utime;
   for (const procedure_step_t& step : state->steps) last = std::max(last, step.utime_end);
-  HtmlTable table{"llll", {"state", "step", "phase", "", "from, s", "lasted, s"}};
+  Table table{"llll", {"state", "step", "phase", "", "from, s", "lasted, s"}};
   for (const procedure_step_t& step : state->steps) {
     const char* colour = class_of_state(step.state);
     const Utime end = step.utime_end != 0 ? step.utime_end : state->utime;
@@ -127,7 +127,7 @@ Html event_section(const RunView& view) {
     std::stable_sort(events.begin(), events.end(),
                      [](const event_t* a, const event_t* b) { return a->utime < b->utime; });
   }
-  HtmlTable table{"llllll", {"time, s", "severity", "phase", "node", "code", "what"}};
+  Table table{"llllll", {"time, s", "severity", "phase", "node", "code", "what"}};
   for (const event_t* event : events) {
     const Named severity = severity_of(event->severity);
     table.rows.push_back({text(fixed(view.at(event->utime), 2)),
@@ -141,9 +141,9 @@ Html event_section(const RunView& view) {
 Html node_section(const RunView& view) {
   const auto& nodes = view.details().nodes;
   if (nodes.empty()) return {};
-  HtmlTable table{"llll",
-                  {"node", "at the end", "states and reasons", "version", "received", "published",
-                   "undecodable", "overflowed", "superseded", "longest silence, s"}};
+  Table table{"llll",
+              {"node", "at the end", "states and reasons", "version", "received", "published",
+               "undecodable", "overflowed", "superseded", "longest silence, s"}};
   for (const auto& [name, node] : nodes) {
     const Named state = node_state_of(node.last.state);
     table.rows.push_back({text(name), element("b", state.colour, text(state.name)),
@@ -201,7 +201,7 @@ Html file_section(const RunView& view, const fs::path& page) {
   }
   const auto* info = view.record().info();
   if (!info) return html;
-  HtmlTable table{"ll", {"what the run was made of", "SHA-256"}};
+  Table table{"ll", {"what the run was made of", "SHA-256"}};
   const auto add = [&table](const std::string& name, const std::string& hash) {
     if (!hash.empty()) table.rows.push_back({text(name), element("code", "", text(hash))});
   };

@@ -75,9 +75,9 @@ Curve series_of(const RunView& view, const evaluation::Measurement& what,
 }  // namespace
 
 Html compared_head(const Views& views, const fs::path& page) {
-  HtmlTable table{"lllllllll",
-                  {"", "verdict", "run", "host", "procedure", "target", "seed", "version",
-                   "configuration", "lasted, s", "criteria passed"}};
+  Table table{"lllllllll",
+              {"", "verdict", "run", "host", "procedure", "target", "seed", "version",
+               "configuration", "lasted, s", "criteria passed"}};
   for (std::size_t i = 0; i < views.size(); ++i) {
     const RunView& view = *views[i];
     const evaluation::Comparison& c = view.comparison();
@@ -99,15 +99,15 @@ Html compared_head(const Views& views, const fs::path& page) {
 }
 
 Html compared_criteria(const Views& views) {
-  HtmlTable table{"lll", {"criterion", "phase", "measurement", "limits", "unit"}};
+  Table table{"lll", {"criterion", "phase", "measurement", "limits", "unit"}};
   for (std::size_t i = 0; i < views.size(); ++i) table.head.push_back(number_of(i));
   std::vector<std::string> listed;
   for (const RunView* view : views) {
     for (const criterion_result_t& c : view->comparison().criteria) {
       if (std::find(listed.begin(), listed.end(), c.name) != listed.end()) continue;
       listed.push_back(c.name);
-      std::vector<Html> row = {text(c.name), text(c.phase), text(c.measurement), limits_of(c),
-                               text(c.unit)};
+      std::vector<Table::Cell> row = {text(c.name), text(c.phase), text(c.measurement),
+                                      limits_of(c), text(c.unit)};
       for (const RunView* other : views) {
         const criterion_result_t* same = criterion_of(*other, c.name);
         row.push_back(same == nullptr
@@ -181,7 +181,7 @@ Html compared_measurements(const Views& views) {
   const auto rows = evaluation::compare_side_by_side(measurers);
   Html html;
   for (std::size_t begin = 0; begin < rows.size();) {
-    HtmlTable table{"ll", {"measurement", "unit"}};
+    Table table{"ll", {"measurement", "unit"}};
     for (std::size_t i = 0; i < views.size(); ++i) {
       table.head.push_back(number_of(i));
       if (i == 0) continue;
@@ -191,7 +191,7 @@ Html compared_measurements(const Views& views) {
     const std::string phase = rows[begin].phase;
     for (; begin < rows.size() && rows[begin].phase == phase; ++begin) {
       const evaluation::SideBySideRow& row = rows[begin];
-      std::vector<Html> cells = {text(row.measurement), text(row.unit)};
+      std::vector<Table::Cell> cells = {text(row.measurement), text(row.unit)};
       for (std::size_t i = 0; i < row.values.size(); ++i) {
         cells.push_back(text(brief(row.values[i])));
         if (i == 0) continue;

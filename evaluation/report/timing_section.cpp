@@ -166,21 +166,16 @@ Chart slope(const RunView& view, double delay) {
 Html latency_section(const RunView& view) {
   const auto& latencies = view.comparison().latencies;
   if (latencies.empty()) return {};
-  HtmlTable table{"ll", {"latency", "from", "ms", "95 % low", "high", "samples", "remark"}};
-  double scans = std::numeric_limits<double>::quiet_NaN();
-  for (const evaluation::Latency& l : latencies) {
-    std::vector<Html> row;
-    for (const std::string& cell : evaluation::latency_cells(l)) row.push_back(text(cell));
-    table.rows.push_back(std::move(row));
-    if (&l == &latencies.front() && l.remark.empty()) scans = l.value;
-  }
+  const evaluation::Latency& first = latencies.front();
   Html html;
   std::vector<Chart> charts;
   const Chart delays = intervals(latencies);
   if (!delays.x_ticks.empty()) charts.push_back(delays);
-  if (std::isfinite(scans)) charts.push_back(slope(view, scans));
+  if (std::isfinite(first.value) && first.remark.empty()) {
+    charts.push_back(slope(view, first.value));
+  }
   if (!charts.empty()) html += grid_of(charts);
-  return html + html_of(table) +
+  return html + html_of(evaluation::latency_table(latencies)) +
          element(
              "p", "note-wide",
              text("A positive delay: the first named is later than the second. Of motion: least "

@@ -38,6 +38,8 @@ expect 2 "$bin/berth" run procedures/approach.yaml --out "$work" --lcm-url tcpq:
 prints "tcpq"
 expect 0 "$bin/berth" config describe
 prints "config/lidars/*.yaml"
+expect 0 "$bin/berth" config describe lidar --json
+prints '"meaning"'
 expect 0 "$bin/berth" config describe lidar
 prints "beam.range_sigma"
 expect 0 "$bin/berth" config describe config/lidars/ilris_3d.yaml
@@ -81,6 +83,8 @@ expect 2 "$bin/berth" run --out "$work" procedures/approach.yaml --answer a=b
 prints "--answer is for --twin"
 expect 2 "$bin/berth" attach
 prints "nothing is running"
+expect 0 "$bin/berth" compare --list --json
+prints '"name": "position_error"'
 expect 2 "$bin/berth" compare "$work"
 echo "not a log" >"$work/bad.lcm"
 expect 2 "$bin/berth" compare "$work/bad.lcm"

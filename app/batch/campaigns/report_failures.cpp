@@ -98,7 +98,7 @@ Html failure_section(const ReportView& view) {
   std::vector<std::pair<std::string, Rows>> ordered(kinds.begin(), kinds.end());
   std::stable_sort(ordered.begin(), ordered.end(),
                    [](const auto& a, const auto& b) { return a.second.size() > b.second.size(); });
-  HtmlTable list{"l", {"kind", "trials", "share of all [95 %]", "for example"}};
+  Table list{"l", {"kind", "trials", "share of all [95 %]", "for example"}};
   for (const auto& [kind, rows] : ordered) {
     const Estimated share{static_cast<double>(rows.size()) / static_cast<double>(table.size()),
                           wilson_interval(rows.size(), table.size())};
@@ -135,9 +135,9 @@ Html worst_section(const ReportView& view) {
                         return std::abs(column.values[a]) > std::abs(column.values[b]);
                       });
     rows.resize(count);
-    HtmlTable list{"llll",
-                   {"trial", "outcome", "conditions", "runs it again",
-                    column.name + (column.unit.empty() ? "" : ", " + column.unit)}};
+    Table list{"llll",
+               {"trial", "outcome", "conditions", "runs it again",
+                column.name + (column.unit.empty() ? "" : ", " + column.unit)}};
     for (const std::size_t row : rows) {
       list.rows.push_back(
           {number_of(view, row),

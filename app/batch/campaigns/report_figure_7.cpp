@@ -120,9 +120,9 @@ Html figure_7_section(const ReportView& view) {
   if (charts.empty()) return {};
   const std::string above = brief(claim.constant_above);
   const std::string below = brief(claim.rising_below);
-  HtmlTable table{"lll",
-                  {"average over successful trials", "the paper",
-                   "here, from " + above + " returns; below " + below}};
+  Table table{"lll",
+              {"average over successful trials", "the paper",
+               "here, from " + above + " returns; below " + below}};
   for (const char* name : {"roll_error", "pitch_error", "yaw_error", "position_error"}) {
     const std::size_t m = measurement_named(view.table, name);
     if (m == view.table.measurements.size()) continue;

@@ -39,9 +39,9 @@ std::string with_unit(const std::string& name, const std::string& unit) {
 
 Html table_of(const ReportView& view, const Sweep& sweep) {
   const bool several = sweep.series.size() > 1;
-  HtmlTable table{several ? "ll" : "l",
-                  {with_unit(sweep.parameter, sweep.binned ? sweep.unit : ""), "trials", "passed",
-                   "passed [95 %]"}};
+  Table table{several ? "ll" : "l",
+              {with_unit(sweep.parameter, sweep.binned ? sweep.unit : ""), "trials", "passed",
+               "passed [95 %]"}};
   if (several) table.head.insert(table.head.begin(), "");
   for (const MeasurementColumn& column : view.table.measurements) {
     table.head.push_back(with_unit(column.name + " median", column.unit));
@@ -49,15 +49,12 @@ Html table_of(const ReportView& view, const Sweep& sweep) {
   }
   for (const Sweep::Series& series : sweep.series) {
     for (const Group& group : series.groups) {
-      std::vector<Html> row;
-      if (several) row.push_back(text(series.name));
-      row.push_back(text(group.label));
-      row.push_back(text(std::to_string(group.rows.size())));
-      row.push_back(text(std::to_string(group.passed)));
-      row.push_back(text(percent_text(group.success)));
+      std::vector<Table::Cell> row = {group.label, group.rows.size(), group.passed,
+                                      percent_text(group.success)};
+      if (several) row.insert(row.begin(), series.name);
       for (const MeasuredGroup& measured : group.measured) {
-        row.push_back(text(brief(measured.median.value, 3)));
-        row.push_back(text(brief(measured.p95.value, 3)));
+        row.push_back(brief(measured.median.value, 3));
+        row.push_back(brief(measured.p95.value, 3));
       }
       table.rows.push_back(std::move(row));
     }

@@ -2,6 +2,7 @@
 #include "app/batch/nights/index_page.h"
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <set>
 
@@ -33,7 +34,7 @@ std::vector<double> values_of(const NightReport& report, const std::string& case
   return values;
 }
 
-void add_rows(const Case& of_plan, const NightReport& report, HtmlTable& table) {
+void add_rows(const Case& of_plan, const NightReport& report, Table& table) {
   for (const evaluation::Criterion& c : criteria_of(of_plan)) {
     if (c.claim.empty()) continue;
     const std::vector<double> values = values_of(report, of_plan.name, c);
@@ -89,17 +90,6 @@ std::string then(const std::string& now, const std::string& before) {
   return before.empty() || now == before ? now : now + ", was " + before;
 }
 
-std::string changed_by(const FlaggedChange& c) {
-  const double difference = c.after - c.before;
-  const std::string sign = difference < 0 ? "" : "+";
-  if (c.before > 0 && c.after > 0) {
-    const double percent = 100 / c.before;
-    return sign + fixed(percent * difference, 1) + " % [" + fixed(percent * c.low, 1) + ", " +
-           fixed(percent * c.high, 1) + "]";
-  }
-  return sign + shown(difference) + " " + c.unit + " [" + shown(c.low) + ", " + shown(c.high) + "]";
-}
-
 Html head_of(const NightReport& report) {
   const Night& night = report.night;
   const Night before = report.previous.value_or(Night{});
@@ -142,95 +132,40 @@ Html head_of(const NightReport& report) {
                  heading + element("p", "", text(summary)) + facts);
 }
 
-/// Pages that a run directory may hold, best first.
-Html link_to_run(const std::filesystem::path& out, const Night& night, const FinishedRun& run) {
-  const std::string name = "seed " + std::to_string(run.seed) + (run.fresh ? " (fresh)" : "");
-  if (run.directory.empty()) return text(name);
-  const std::string place = night.name + "/" + run.directory;
-  for (const char* file : {"report.html", "plot.svg", "verdict.txt"}) {
-    if (std::filesystem::exists(out / place / file)) return link(place + "/" + file, text(name));
-  }
-  return link(place + "/", text(name));
-}
-
-Html changes_table(const std::vector<FlaggedChange>& changes) {
-  if (changes.empty()) return element("p", "", text("None."));
-  HtmlTable table{"lllll",
-                  {"", "procedure", "phase", "measurement", "compared with", "before", "after",
-                   "unit", "change [95 %]", "p-value"}};
-  for (const FlaggedChange& c : changes) {
-    const char* colour = c.kind == "worse" ? "bad" : c.kind == "better" ? "good" : "unsure";
-    table.rows.push_back({element("b", colour, text(c.kind)), text(c.case_name), text(c.phase),
-                          text(c.statistic + " " + c.measurement),
-                          text(c.against + ", " + std::to_string(c.runs) + " runs"),
-                          text(shown(c.before)), text(shown(c.after)), text(c.unit),
-                          text(changed_by(c)), text(p_value_text(c.p))});
-  }
-  return html_of(table);
-}
-
-Html failures_table(const std::filesystem::path& out, const NightReport& report) {
-  HtmlTable table{"llll", {"procedure", "run", "outcome", "reason"}};
-  for (const FinishedRun& run : report.runs) {
-    if (run.passed()) continue;
-    const std::string name =
-        run.build == Build::baseline ? run.case_name + " (baseline)" : run.case_name;
-    table.rows.push_back(
-        {text(name), link_to_run(out, report.night, run),
-         element("b", run.outcome == Outcome::fail ? "bad" : "unsure", text(name_of(run.outcome))),
-         text(run.error)});
-  }
-  if (table.rows.empty()) return element("p", "", text("All runs passed."));
-  return html_of(table);
+Html section_of(const Table& table, const char* if_empty) {
+  return table.rows.empty() ? element("p", "", text(if_empty)) : html_of(table);
 }
 
 Html archive_section(const ArchiveResult& archive) {
-  HtmlTable table{"ll", {"recorded run", "against truth", "estimates", "as recorded"}};
-  for (const ArchivedRun& run : archive.runs) {
-    const char* colour = !run.error.empty() || run.verdict == "worse" ? "bad" : "good";
-    table.rows.push_back(
-        {text(run.name),
-         run.error.empty() ? element("b", colour, text(run.verdict)) : text(run.error),
-         text(std::to_string(run.estimates)), text(std::to_string(run.same))});
-  }
   return element("p", "soft",
                  text("Tonight's estimator over recorded scans: estimates that differ from those "
                       "recorded, and whether they are nearer to the truth.")) +
-         html_of(table) + changes_table(archive.changes);
+         html_of(archive_table(archive)) +
+         section_of(changes_table(archive.changes), "No changes.");
 }
 
-Html cases_table(const std::filesystem::path& out, const NightReport& report) {
-  HtmlTable table{"lll",
-                  {"procedure", "", "runs kept", "runs", "passed", "failed", "errors", "may fail",
-                   "simulated", "x real time"}};
-  for (const CaseResult& c : report.cases) {
+/// With links to the runs that are kept.
+Html cases_section(const NightReport& report) {
+  Table table = cases_table(report);
+  table.head.push_back("runs kept");
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
     Html kept;
     for (const FinishedRun& run : report.runs) {
-      if (run.case_name != c.name || run.build != Build::tonight || run.directory.empty()) continue;
-      kept += (kept.empty() ? Html{} : text(", ")) + link_to_run(out, report.night, run);
+      if (run.case_name != report.cases[i].name || run.build != Build::tonight ||
+          run.directory.empty())
+        continue;
+      kept += text(kept.empty() ? "" : ", ") +
+              link(place_of(report, run), text("seed " + std::to_string(run.seed)));
     }
-    const bool bad = c.too_many_failed;
-    table.rows.push_back({text(c.name),
-                          element("b",
-                                  bad            ? "bad"
-                                  : c.errors > 0 ? "unsure"
-                                                 : "good",
-                                  text(bad            ? "FAIL"
-                                       : c.errors > 0 ? "ERROR"
-                                                      : "ok")),
-                          kept, text(std::to_string(c.runs)), text(std::to_string(c.passed)),
-                          text(std::to_string(c.failed)), text(std::to_string(c.errors)),
-                          text(fixed(100 * c.may_fail, 0) + " %"),
-                          text(fixed(c.simulated_s, 0) + " s"),
-                          text(c.cpu_s > 0 ? fixed(c.simulated_s / c.cpu_s, 0) : "-")});
+    table.rows[i].cells.push_back(kept);
   }
   return html_of(table);
 }
 
 Html nights_table(ResultStore& history, const std::vector<Night>& nights) {
-  HtmlTable table{"lllll",
-                  {"night", "verdict", "version", "configuration", "baseline", "runs", "not passed",
-                   "flagged", "lasted"}};
+  Table table{"lllll",
+              {"night", "verdict", "version", "configuration", "baseline", "runs", "not passed",
+               "flagged", "lasted"}};
   for (auto night = nights.rbegin(); night != nights.rend(); ++night) {
     const auto runs = history.runs(*night, ResultStore::Which::all_without_values);
     const auto not_passed = std::count_if(runs.begin(), runs.end(), [](const FinishedRun& r) {
@@ -301,8 +236,8 @@ std::vector<TrendSubject> subjects_of(const NightReport& report, const std::stri
 }  // namespace
 
 Html claims_table(const Plan& plan, const NightReport& report) {
-  HtmlTable table{
-      "ll", {"procedure", "claim", "claimed", "median", "least to greatest", "runs that met it"}};
+  Table table{"ll",
+              {"procedure", "claim", "claimed", "median", "least to greatest", "runs that met it"}};
   for (const Case& of_plan : plan.cases) {
     try {
       add_rows(of_plan, report, table);
@@ -313,8 +248,7 @@ Html claims_table(const Plan& plan, const NightReport& report) {
   return table.rows.empty() ? Html() : html_of(table);
 }
 
-void write_index_page(const std::filesystem::path& out, const Plan& plan, ResultStore& history,
-                      const NightReport& report) {
+void write_index_page(const Plan& plan, ResultStore& history, const NightReport& report) {
   std::vector<Night> nights;
   for (const Night& night : history.batches()) {
     if (!night.ended.empty() && night.verdict != "interrupted") nights.push_back(night);
@@ -324,9 +258,12 @@ void write_index_page(const std::filesystem::path& out, const Plan& plan, Result
   }
   Page page(plan.name + ": night " + report.night.name);
   page.head(head_of(report));
-  page.section("changes", "Flagged changes", changes_table(report.changes.changes));
-  page.section("failures", "Runs that did not pass", failures_table(out, report));
-  page.section("procedures", "Procedures", cases_table(out, report));
+  page.section("changes", "Flagged changes",
+               section_of(changes_table(report.changes.changes), "None."));
+  page.section(
+      "failures", "Runs that did not pass",
+      section_of(runs_table(report, std::not_fn(&FinishedRun::passed)), "All runs passed."));
+  page.section("procedures", "Procedures", cases_section(report));
   const Html claims = claims_table(plan, report);
   if (!claims.empty()) page.section("claims", "Claims", claims);
   if (!report.archive.runs.empty()) {
@@ -351,7 +288,7 @@ void write_index_page(const std::filesystem::path& out, const Plan& plan, Result
                      text("Every measurement of every phase of every run is in history.sqlite: "
                           "sqlite3 history.sqlite 'SELECT * FROM result LIMIT 10'."));
   page.section("remarks", "Remarks", remarks);
-  page.write(out / "index.html");
+  page.write(report.out / "index.html");
 }
 
 }  // namespace berth::nights

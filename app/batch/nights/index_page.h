@@ -7,10 +7,10 @@
 
 namespace berth::nights {
 
-/// Writes out/index.html: the last night's verdict, what changed, the nights before, and how every
-/// judged quantity went from night to night. One file that needs nothing else.
-void write_index_page(const std::filesystem::path& out, const Plan& plan, ResultStore& history,
-                      const NightReport& report);
+/// Writes index.html in the directory of the nights: the last night's verdict, what changed, the
+/// nights before, and how every judged quantity went from night to night. One file that needs
+/// nothing else.
+void write_index_page(const Plan& plan, ResultStore& history, const NightReport& report);
 
 /// What the sources of the plan's procedures claim (criteria with a `claim`), and in how many of
 /// tonight's runs it was met. Empty where nothing is claimed.

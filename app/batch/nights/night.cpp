@@ -235,6 +235,7 @@ int run_night(const NightRequest& request) {
   const DirectoryLock lock(out);
   ResultStore history(out / "history.sqlite");
   NightReport report;
+  report.out = out;
   Night& night = report.night = open_night(history, request, plan);
   const fs::path directory = out / night.name;
   fs::create_directories(directory);
@@ -294,8 +295,8 @@ int run_night(const NightRequest& request) {
 
   attempt([&] { write_file(directory / "results.xml", junit_of(report)); });
   attempt([&] { write_file(directory / "summary.txt", text_of(report)); });
-  attempt([&] { write_index_page(out, plan, history, report); });
-  if (!plan.notify.empty()) report.notification = notify(plan.notify, report, out, request.program);
+  attempt([&] { write_index_page(plan, history, report); });
+  if (!plan.notify.empty()) report.notification = notify(plan.notify, report, request.program);
   attempt([&] { write_file(directory / "summary.json", json_of(report)); });
   std::printf("\n%s\n%s\n", text_of(report).c_str(), (out / "index.html").c_str());
   std::fflush(stdout);

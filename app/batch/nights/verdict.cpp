@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "app/exit_code.h"
 #include "common/core/child_process.h"
-#include "common/core/table.h"
 #include "common/core/text.h"
 #include "common/core/valid_text.h"
 #include "evaluation/compare/junit.h"
@@ -18,88 +19,44 @@ namespace {
 
 using nlohmann::ordered_json;
 
-std::string sign_of(double value) { return value < 0 ? "" : "+"; }
-
-/// "+10.2 %" where both are above zero, else "+0.31 mm".
+/// "+10.2 % [8.1, 12.3]" where both are above zero, else "+0.31 mm [0.25, 0.37]".
 std::string change_of(const FlaggedChange& c) {
   const double difference = c.after - c.before;
+  const std::string sign = difference < 0 ? "" : "+";
   if (c.before > 0 && c.after > 0) {
-    return sign_of(difference) + fixed(100 * difference / c.before, 1) + " %";
+    const double percent = 100 / c.before;
+    return sign + fixed(percent * difference, 1) + " % [" + fixed(percent * c.low, 1) + ", " +
+           fixed(percent * c.high, 1) + "]";
   }
-  return sign_of(difference) + shown(difference) + " " + c.unit;
+  return sign + shown(difference) + " " + c.unit + " [" + shown(c.low) + ", " + shown(c.high) + "]";
 }
 
-std::string name_of(const FlaggedChange& c) {
-  return c.case_name + ", " + c.phase + ": " + c.measurement + " (" + c.statistic + ")";
-}
-
-std::string sentence_of(const FlaggedChange& c) {
-  return c.kind + " than the " + c.against + ": " + shown(c.before) + " -> " + shown(c.after) +
-         " " + c.unit + ", " + change_of(c) + ", p = " + p_value_text(c.p);
-}
-
-std::string changes_table(const std::vector<FlaggedChange>& changes, std::size_t max_rows) {
-  Table table{"lllll",
-              {"change", "against", "case", "phase", "measurement", "before", "after", "unit",
-               "change", "p-value"}};
-  for (const FlaggedChange& c : changes) {
-    if (table.rows.size() == max_rows) break;
-    table.rows.push_back({c.kind, c.against, c.case_name, c.phase,
-                          c.measurement + " " + c.statistic, shown(c.before), shown(c.after),
-                          c.unit, change_of(c), p_value_text(c.p)});
-  }
-  std::string text = text_table(table);
-  if (changes.size() > max_rows) {
-    text += "  and " + std::to_string(changes.size() - max_rows) + " more: see index.html\n";
-  }
-  return text;
-}
-
-std::string cases_table(const std::vector<CaseResult>& cases) {
-  Table table{
-      "ll", {"case", "result", "runs", "passed", "failed", "errors", "simulated s", "x real time"}};
-  for (const CaseResult& c : cases) {
-    const char* result = c.too_many_failed ? "FAIL" : c.errors > 0 ? "ERROR" : "ok";
-    table.rows.push_back({c.name, result, std::to_string(c.runs), std::to_string(c.passed),
-                          std::to_string(c.failed), std::to_string(c.errors),
-                          fixed(c.simulated_s, 0),
-                          c.cpu_s > 0 ? fixed(c.simulated_s / c.cpu_s, 0) : "-"});
-  }
-  return text_table(table);
+/// For people: not all of many.
+std::string first_changes(const std::vector<FlaggedChange>& changes) {
+  constexpr std::size_t max_rows = 20;
+  Table table = changes_table(changes);
+  table.rows.resize(std::min(max_rows, changes.size()));
+  const std::string text = text_table(table);
+  if (changes.size() <= max_rows) return text;
+  return text + "  and " + std::to_string(changes.size() - max_rows) + " more: see index.html\n";
 }
 
 std::string archive_text(const ArchiveResult& archive) {
   if (archive.runs.empty()) return "";
-  Table table{"ll", {"recorded run", "against truth", "estimates", "as recorded"}};
-  for (const ArchivedRun& run : archive.runs) {
-    table.rows.push_back({run.name, run.error.empty() ? run.verdict : "ERROR: " + run.error,
-                          std::to_string(run.estimates), std::to_string(run.same)});
-  }
   return "\narchive, estimated again: " + std::to_string(archive.runs.size()) + " runs, " +
-         std::to_string(archive.changes.size()) + " changes\n" + text_table(table) +
-         (archive.changes.empty() ? "" : "\n" + changes_table(archive.changes, 20));
+         std::to_string(archive.changes.size()) + " changes\n" +
+         text_table(archive_table(archive)) +
+         (archive.changes.empty() ? "" : "\n" + first_changes(archive.changes));
 }
 
-ordered_json json_of(const FlaggedChange& c) {
-  return {{"kind", c.kind},          {"against", c.against},         {"case", c.case_name},
-          {"phase", c.phase},        {"measurement", c.measurement}, {"statistic", c.statistic},
-          {"unit", c.unit},          {"before", c.before},           {"after", c.after},
-          {"difference_low", c.low}, {"difference_high", c.high},    {"chance", c.p},
-          {"runs", c.runs}};
-}
-
-ordered_json json_of(const ArchiveResult& archive) {
-  ordered_json runs = ordered_json::array();
-  for (const ArchivedRun& r : archive.runs) {
-    runs.push_back({{"run", r.name},
-                    {"error", r.error},
-                    {"verdict", r.verdict},
-                    {"estimates", r.estimates},
-                    {"estimates_same", r.same}});
-  }
-  ordered_json changes = ordered_json::array();
-  for (const FlaggedChange& c : archive.changes) changes.push_back(json_of(c));
-  return {{"runs", runs}, {"changes", changes}};
+/// As many failures as the plan allows are reported without failing the night.
+Table::Status status_of(const NightReport& report, const FinishedRun& run) {
+  if (run.passed()) return Table::passed;
+  if (!run.failed()) return Table::error;
+  const bool too_many = std::any_of(
+      report.cases.begin(), report.cases.end(),
+      [&](const CaseResult& c) { return c.name == run.case_name && c.too_many_failed; });
+  return too_many ? Table::failed : Table::inconclusive;
 }
 
 }  // namespace
@@ -163,7 +120,87 @@ void judge(const Plan& plan, NightReport& report) {
                                                    : "clean";
 }
 
-std::string p_value_text(double p) { return fixed(p, 5); }
+std::string place_of(const NightReport& report, const FinishedRun& run) {
+  if (run.directory.empty()) return "";
+  const std::string place = report.night.name + "/" + run.directory + "/";
+  for (const char* file : {"report.html", "plot.svg", "verdict.txt"}) {
+    if (std::filesystem::exists(report.out / place / file)) return place + file;
+  }
+  return place;
+}
+
+Table changes_table(const std::vector<FlaggedChange>& changes) {
+  Table table{"llllll",
+              {keyed("change", "kind"), "against", "case", "phase", "measurement", "statistic",
+               "unit", "before", "after", json_only("difference_low"), json_only("difference_high"),
+               no_json("change [95 %]"), keyed("p-value", "chance"), "runs"}};
+  for (const FlaggedChange& c : changes) {
+    table.rows.push_back(
+        {{c.kind, c.against, c.case_name, c.phase, c.measurement, c.statistic, c.unit,
+          valued(shown(c.before), c.before), valued(shown(c.after), c.after), valued("", c.low),
+          valued("", c.high), change_of(c), valued(fixed(c.p, 5), c.p), c.runs},
+         c.kind == "better" ? Table::passed : Table::failed,
+         "against the " + c.against + ": " + c.case_name + ", " + c.phase + ": " + c.measurement +
+             " (" + c.statistic + ")"});
+  }
+  return table;
+}
+
+Table cases_table(const NightReport& report) {
+  Table table{"ll",
+              {no_json("result"), "case", "runs", "passed", "failed", "errors",
+               keyed("may fail", "may_fail"), json_only("too_many_failed"),
+               keyed("simulated s", "simulated_s"), json_only("cpu_s"), no_json("x real time")}};
+  for (const CaseResult& c : report.cases) {
+    table.rows.push_back(
+        {{c.too_many_failed ? "FAIL"
+          : c.errors > 0    ? "ERROR"
+                            : "ok",
+          c.name, c.runs, c.passed, c.failed, c.errors,
+          valued(fixed(100 * c.may_fail, 0) + " %", c.may_fail), valued("", c.too_many_failed),
+          valued(fixed(c.simulated_s, 0), c.simulated_s), valued("", c.cpu_s),
+          c.cpu_s > 0 ? fixed(c.simulated_s / c.cpu_s, 0) : "-"},
+         c.too_many_failed ? Table::failed
+         : c.errors > 0    ? Table::error
+                           : Table::passed});
+  }
+  return table;
+}
+
+Table runs_table(const NightReport& report, const std::function<bool(const FinishedRun&)>& wanted) {
+  Table table{"llllll",
+              {no_json("outcome"), "case", "build", keyed("run", "seed"), keyed("seed", "fresh"),
+               json_only("outcome"), "reason", json_only("directory"), json_only("simulated_s"),
+               json_only("wall_s")}};
+  for (const FinishedRun& r : report.runs) {
+    if (wanted && !wanted(r)) continue;
+    Table::Cell seed("seed " + std::to_string(r.seed), r.seed);
+    seed.link = place_of(report, r);
+    table.rows.push_back({{name_of(r.outcome), r.case_name, name_of(r.build), seed,
+                           valued(r.fresh ? "fresh" : "fixed", r.fresh), name_of(r.outcome),
+                           r.error, r.directory, valued("", r.simulated_s), valued("", r.wall_s)},
+                          status_of(report, r),
+                          seed.text,
+                          "",
+                          r.wall_s});
+  }
+  return table;
+}
+
+Table archive_table(const ArchiveResult& archive) {
+  Table table{"ll",
+              {no_json("against truth"), keyed("recorded run", "run"), json_only("error"),
+               json_only("verdict"), "estimates", keyed("as recorded", "estimates_same")}};
+  for (const ArchivedRun& r : archive.runs) {
+    table.rows.push_back({{r.error.empty() ? r.verdict : "ERROR: " + r.error, r.name, r.error,
+                           r.verdict, r.estimates, r.same},
+                          !r.error.empty()       ? Table::error
+                          : r.verdict == "worse" ? Table::none
+                                                 : Table::passed,
+                          r.name});
+  }
+  return table;
+}
 
 std::string text_of(const NightReport& report) {
   const Night& night = report.night;
@@ -180,19 +217,13 @@ std::string text_of(const NightReport& report) {
   line("configuration  ", night.configuration_hash.substr(0, 12),
        report.previous ? report.previous->configuration_hash.substr(0, 12) : "");
   if (!night.baseline.empty()) text += "  baseline       " + night.baseline + "\n";
-  text += "\n" + cases_table(report.cases);
+  text += "\n" + text_table(cases_table(report));
 
-  bool heading = false;
-  for (const FinishedRun& run : report.runs) {
-    if (run.passed() || run.build != Build::tonight) continue;
-    if (!heading) text += "\nruns that did not pass\n";
-    heading = true;
-    text += std::string("  ") + name_of(run.outcome) + "  " + run.case_name + " seed " +
-            std::to_string(run.seed) + (run.fresh ? " (fresh): " : ": ") + run.error + "\n";
-  }
+  const Table not_passed = runs_table(report, std::not_fn(&FinishedRun::passed));
+  if (!not_passed.rows.empty()) text += "\nruns that did not pass\n" + text_table(not_passed);
   text += "\n" + std::to_string(report.changes.comparisons) + " comparisons, " +
           std::to_string(report.changes.changes.size()) + " changes\n";
-  if (!report.changes.changes.empty()) text += changes_table(report.changes.changes, 20);
+  if (!report.changes.changes.empty()) text += first_changes(report.changes.changes);
   for (const auto& remark : report.changes.remarks) text += "  " + remark + "\n";
   if (report.left_out > 0) {
     text += "  the time budget left out " + std::to_string(report.left_out) + " runs\n";
@@ -213,32 +244,6 @@ std::string text_of(const NightReport& report) {
 
 std::string json_of(const NightReport& report) {
   const Night& night = report.night;
-  ordered_json cases = ordered_json::array();
-  for (const CaseResult& c : report.cases) {
-    cases.push_back({{"case", c.name},
-                     {"runs", c.runs},
-                     {"passed", c.passed},
-                     {"failed", c.failed},
-                     {"errors", c.errors},
-                     {"may_fail", c.may_fail},
-                     {"too_many_failed", c.too_many_failed},
-                     {"simulated_s", c.simulated_s},
-                     {"cpu_s", c.cpu_s}});
-  }
-  ordered_json changes = ordered_json::array();
-  for (const FlaggedChange& c : report.changes.changes) changes.push_back(json_of(c));
-  ordered_json runs = ordered_json::array();
-  for (const FinishedRun& r : report.runs) {
-    runs.push_back({{"case", r.case_name},
-                    {"build", name_of(r.build)},
-                    {"seed", r.seed},
-                    {"fresh", r.fresh},
-                    {"outcome", name_of(r.outcome)},
-                    {"reason", r.error},
-                    {"directory", r.directory},
-                    {"simulated_s", r.simulated_s},
-                    {"wall_s", r.wall_s}});
-  }
   const ordered_json json = {{"night", night.name},
                              {"number", night.number},
                              {"verdict", night.verdict},
@@ -252,69 +257,52 @@ std::string json_of(const NightReport& report) {
                              {"wall_s", night.wall_s},
                              {"left_out", report.left_out},
                              {"comparisons", report.changes.comparisons},
-                             {"changes", changes},
+                             {"changes", json_table(changes_table(report.changes.changes))},
                              {"remarks", report.changes.remarks},
-                             {"archive", json_of(report.archive)},
+                             {"archive",
+                              {{"runs", json_table(archive_table(report.archive))},
+                               {"changes", json_table(changes_table(report.archive.changes))}}},
                              {"notification", report.notification},
-                             {"cases", cases},
-                             {"runs", runs}};
+                             {"cases", json_table(cases_table(report))},
+                             {"runs", json_table(runs_table(report))}};
   return json_text(json, 2) + "\n";
 }
 
 std::string junit_of(const NightReport& report) {
-  using Result = evaluation::JunitCase::Result;
   std::vector<evaluation::JunitSuite> suites;
   for (const CaseResult& c : report.cases) {
-    evaluation::JunitSuite suite;
+    evaluation::JunitSuite& suite = suites.emplace_back();
     suite.name = c.name;
     suite.properties = {{"version", report.night.version},
                         {"configuration_hash", report.night.configuration_hash}};
-    for (const FinishedRun& run : report.runs) {
-      if (run.case_name != c.name || run.build != Build::tonight) continue;
-      evaluation::JunitCase test;
-      test.class_name = c.name;
-      test.name = "seed " + std::to_string(run.seed);
-      test.time_s = run.wall_s;
-      const bool failed = run.failed();
-      // As many failures as the plan allows are reported without failing the night.
-      test.result = run.passed()                  ? Result::passed
-                    : failed && c.too_many_failed ? Result::failed
-                    : failed                      ? Result::skipped
-                                                  : Result::error;
-      test.message = std::string(name_of(run.outcome)) + ": " + run.error;
-      suite.time_s += run.wall_s;
-      suite.cases.push_back(test);
-    }
-    std::size_t flagged = 0;
-    for (const FlaggedChange& change : report.changes.changes) {
-      if (change.case_name != c.name || change.kind == "better") continue;
-      ++flagged;
-      suite.cases.push_back({c.name, "against the " + change.against + ": " + name_of(change),
-                             Result::failed, sentence_of(change), 0});
-    }
-    if (flagged == 0) suite.cases.push_back({c.name, "no change", Result::passed, "", 0});
-    suites.push_back(suite);
+    const Table runs = runs_table(report, [&c](const FinishedRun& run) {
+      return run.case_name == c.name && run.build == Build::tonight;
+    });
+    for (const Table::Row& run : runs.rows) suite.time_s += run.time_s;
+    std::vector<FlaggedChange> flagged;
+    std::copy_if(report.changes.changes.begin(), report.changes.changes.end(),
+                 std::back_inserter(flagged), [&c](const FlaggedChange& change) {
+                   return change.case_name == c.name && change.kind != "better";
+                 });
+    Table changes = changes_table(flagged);
+    if (flagged.empty()) changes.rows.push_back({{}, Table::passed, "no change"});
+    suite.tables = {{c.name, runs}, {c.name, changes}};
   }
   if (!report.archive.runs.empty()) {
-    evaluation::JunitSuite suite;
-    suite.name = "archive";
-    for (const ArchivedRun& run : report.archive.runs) {
-      suite.cases.push_back(
-          {"archive", run.name, run.error.empty() ? Result::passed : Result::error, run.error, 0});
-    }
-    suites.push_back(suite);
+    suites.emplace_back().name = "archive";
+    suites.back().tables = {{"archive", archive_table(report.archive)}};
   }
   return evaluation::junit_xml(suites);
 }
 
 std::string notify(const std::string& command, const NightReport& report,
-                   const std::filesystem::path& out, const std::filesystem::path& program) {
+                   const std::filesystem::path& program) {
   const std::vector<std::pair<std::string, std::string>> environment = {
       {"BERTH_NIGHT", report.night.name},
       {"BERTH_NIGHT_VERDICT", report.night.verdict},
       {"BERTH_NIGHT_EXIT_CODE", std::to_string(report.exit_code())},
-      {"BERTH_NIGHT_DIRECTORY", (out / report.night.name).string()},
-      {"BERTH_NIGHT_INDEX", (out / "index.html").string()},
+      {"BERTH_NIGHT_DIRECTORY", (report.out / report.night.name).string()},
+      {"BERTH_NIGHT_INDEX", (report.out / "index.html").string()},
       {"BERTH_NIGHT_VERSION", report.night.version},
       {"BERTH_NIGHT_BUILD", program.string()}};
   try {

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 
 #include "app/batch/nights/archive.h"
 #include "app/batch/nights/changes.h"
+#include "common/core/table.h"
 
 namespace berth::nights {
 
@@ -26,6 +28,7 @@ struct CaseResult {
 
 /// The results of a night and its verdict.
 struct NightReport {
+  std::filesystem::path out;  ///< directory of the nights; links are relative to it
   Night night;
   std::optional<Night> previous;  ///< the night before it
   std::vector<FinishedRun> runs;  ///< of both builds, in the order of the plan's cases
@@ -46,8 +49,16 @@ void judge(const Plan& plan, NightReport& report);
 /// P(at least `failed` of `runs` | each fails with this probability).
 double binomial_tail(std::size_t failed, std::size_t runs, double probability);
 
-/// "0.00125", "0.00005".
-std::string p_value_text(double p);
+/// Of a run directory the best page, relative to the nights' directory; empty once it is deleted.
+std::string place_of(const NightReport& report, const FinishedRun& run);
+
+/// Changes, as failures but those for the better.
+Table changes_table(const std::vector<FlaggedChange>& changes);
+Table cases_table(const NightReport& report);
+/// All runs, of both builds, or those wanted. Failures that the plan allows are inconclusive.
+Table runs_table(const NightReport& report,
+                 const std::function<bool(const FinishedRun&)>& wanted = {});
+Table archive_table(const ArchiveResult& archive);
 
 /// As the terminal and the notified see it.
 std::string text_of(const NightReport& report);
@@ -59,6 +70,6 @@ std::string junit_of(const NightReport& report);
 /// BERTH_NIGHT_INDEX, BERTH_NIGHT_VERSION and BERTH_NIGHT_BUILD (the program). Waits for its end.
 /// @return what went wrong, or nothing
 std::string notify(const std::string& command, const NightReport& report,
-                   const std::filesystem::path& out, const std::filesystem::path& program);
+                   const std::filesystem::path& program);
 
 }  // namespace berth::nights

@@ -94,9 +94,10 @@ TEST_CASE("Keys are described by the call that reads them and the shipped files'
   CHECK_FALSE(find(guidance, "orbit")->key.required);  // of one law alone
   CHECK(find(guidance, "orbit.altitude")->key.required);
   const Table table = key_table(guidance, false);
-  CHECK(table.rows.front() ==
-        std::vector<std::string>{"law", "word", "required", "kinematic, clohessy_wiltshire",
-                                 "or clohessy_wiltshire, with orbit and vehicle"});
+  CHECK(json_table(table).front().dump() ==
+        R"({"key":"law","kind":"word","default":"required",)"
+        R"("allowed":"kinematic, clohessy_wiltshire",)"
+        R"("meaning":"or clohessy_wiltshire, with orbit and vehicle"})");
 }
 
 TEST_CASE("Every kind has files, and every value in them a meaning") {

@@ -53,7 +53,8 @@ TEST_CASE("a run is a test suite with a case per step and per criterion") {
       R"(<testsuite name="made" tests="5" failures="1" errors="0" skipped="1" time="13.000">)"));
   CHECK(has(xml, R"(<testcase classname="made.steps" name="1 go" time="10.000"/>)"));
   CHECK(has(xml, R"(<testcase classname="made.criteria" name="near" time="0.000"/>)"));
-  CHECK(has(xml, R"(<failure message="rms position_error over go: 3.000 +- 0.000, max 2.000 mm")"));
+  CHECK(has(xml, R"(<failure message="result FAILED; value 3.000; unit mm; +- 0.000; max 2.000; )"
+                 R"(margin -1.000; of rms position_error, go")"));
   CHECK(has(xml, R"(<testcase classname="made.criteria" name="who knows")"));
   CHECK(has(xml, "<skipped message="));
 }
@@ -63,31 +64,31 @@ TEST_CASE("a rig that broke is an error, what did not run was skipped") {
   comparison.steps[0].state = procedure_step_t::TIMEOUT;
   comparison.steps[0].detail = "no pose";
   comparison.steps[1].state = procedure_step_t::PENDING;
-  const JunitSuite suite = junit_suite_of(comparison);
-  REQUIRE(suite.cases.size() == 2);
-  CHECK(suite.cases[0].result == JunitCase::Result::error);
-  CHECK(suite.cases[0].message == "TIMEOUT: no pose");
-  CHECK(suite.cases[1].result == JunitCase::Result::skipped);
+  const std::string xml = junit_xml({junit_suite_of(comparison)});
+  CHECK(has(xml, R"(tests="2" failures="0" errors="1" skipped="1")"));
+  CHECK(has(xml, R"(<error message="state TIMEOUT; detail no pose" type="error"/>)"));
+  CHECK(has(xml, R"(<skipped message="state PENDING"/>)"));
 }
 
 TEST_CASE("a verdict that no step and no criterion explains has a case of its own") {
   Comparison comparison = finished(procedure_state_t::ERROR);
   comparison.reason = "no lease on the testbed";
-  const JunitSuite suite = junit_suite_of(comparison);
-  REQUIRE(suite.cases.size() == 3);
-  CHECK(suite.cases[2].name == "verdict");
-  CHECK(suite.cases[2].result == JunitCase::Result::error);
-  CHECK(suite.cases[2].message == "ERROR: no lease on the testbed");
+  const std::string xml = junit_xml({junit_suite_of(comparison)});
+  CHECK(has(xml, R"(tests="3" failures="0" errors="1")"));
+  CHECK(has(xml, R"(<testcase classname="made" name="verdict")"));
+  CHECK(has(xml, R"(<error message="outcome ERROR; reason no lease on the testbed")"));
 }
 
 TEST_CASE("whatever text a run holds, its report is well-formed") {
   JunitSuite suite;
   suite.name = "<\"&'>";
-  suite.cases.push_back({"c", "bell \x07 latin \xE9 utf \xC3\xA9 cut \xE2\x82",
-                         JunitCase::Result::failed, "two\nlines", 0});
+  Table table{"l", {"what"}};
+  table.rows.push_back(
+      {{"two\nlines"}, Table::failed, "bell \x07 latin \xE9 utf \xC3\xA9 cut \xE2\x82"});
+  suite.tables = {{"c", table}};
   const std::string xml = junit_xml({suite, suite});
   CHECK(has(xml, R"(name="&lt;&quot;&amp;&#39;&gt;")"));
   CHECK(has(xml, "name=\"bell \uFFFD latin \uFFFD utf \u00E9 cut \uFFFD\uFFFD\""));
-  CHECK(has(xml, "message=\"two&#10;lines\""));
+  CHECK(has(xml, "message=\"what two&#10;lines\""));
   CHECK(has(xml, R"(<testsuites name="berth" tests="2" failures="2" errors="0" skipped="0")"));
 }
