@@ -94,8 +94,7 @@ TEST_CASE("a notification has the summary and the verdict; its failure is report
   report.night.name = "tonight";
   report.night.verdict = "clean";
   const std::string file = (directory / "said.txt").string();
-  CHECK(notify("(echo \"$BERTH_NIGHT $BERTH_NIGHT_VERDICT\"; cat) >" + file, report,
-               directory.path(), "/bin/berth")
+  CHECK(notify("(echo \"$BERTH_NIGHT $BERTH_NIGHT_VERDICT\"; cat) >" + file, report, "/bin/berth")
             .empty());
   const std::string summary = read_file(file);
   CHECK_THAT(summary, Catch::StartsWith("tonight clean\n"));
