@@ -42,7 +42,7 @@ struct Counts {
   }
 };
 
-/// "result FAILED; value 3.000; max 2.000": the cells that hold anything but the row's name.
+/// "result FAIL; value 3.000; max 2.000": the cells that hold anything but the row's name.
 std::string message_of(const Table& table, const Table::Row& row) {
   const auto headings = table.headings();
   const auto cells = table.shown(row);

@@ -53,7 +53,7 @@ TEST_CASE("a run is a test suite with a case per step and per criterion") {
       R"(<testsuite name="made" tests="5" failures="1" errors="0" skipped="1" time="13.000">)"));
   CHECK(has(xml, R"(<testcase classname="made.steps" name="1 go" time="10.000"/>)"));
   CHECK(has(xml, R"(<testcase classname="made.criteria" name="near" time="0.000"/>)"));
-  CHECK(has(xml, R"(<failure message="result FAILED; value 3.000; unit mm; +- 0.000; max 2.000; )"
+  CHECK(has(xml, R"(<failure message="result FAIL; value 3.000; unit mm; +- 0.000; max 2.000; )"
                  R"(margin -1.000; of rms position_error, go")"));
   CHECK(has(xml, R"(<testcase classname="made.criteria" name="who knows")"));
   CHECK(has(xml, "<skipped message="));
