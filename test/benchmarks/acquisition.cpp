@@ -97,7 +97,7 @@ Outcome run_trial(const Settings& settings, const Cell& cell, const estimator::A
 
 void report(const Yardstick& yardstick, const std::string& method, const Cell& cell,
             const std::vector<Outcome>& outcomes, Table& table,
-            std::vector<std::vector<std::string>>& failures) {
+            std::vector<berth::Table::Row>& failures) {
   const auto n = static_cast<int>(outcomes.size());
   const auto count = [&](auto&& condition) {
     return static_cast<int>(std::count_if(outcomes.begin(), outcomes.end(), condition));
@@ -157,7 +157,7 @@ int run_acquisition(const Settings& settings) {
               {"method", "target, returns", "right or ambiguous with truth", "right", "ambiguous",
                "without truth", "silently wrong", "lost", "decided", "median ms", "p95 ms",
                "wanted", "target"});
-  std::vector<std::vector<std::string>> failures;
+  std::vector<berth::Table::Row> failures;
   for (const std::string& target : targets_of(settings)) {
     const std::vector<Cell> cells = cells_of(settings, target);
     if (cells.empty()) continue;

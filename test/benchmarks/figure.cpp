@@ -72,9 +72,9 @@ const char* colour_of(std::size_t curve) {
 
 void write_numbers(const std::filesystem::path& path, const std::vector<std::string>& columns,
                    const std::vector<std::vector<double>>& rows) {
-  berth::Table table{"", columns};
+  berth::Table table{"", {columns.begin(), columns.end()}};
   for (const auto& row : rows) {
-    auto& line = table.rows.emplace_back();
+    auto& line = table.rows.emplace_back().cells;
     for (const double v : row) line.push_back(short_number(v));
   }
   write_file(path, csv_table(table));
