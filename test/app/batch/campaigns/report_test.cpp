@@ -98,7 +98,8 @@ TEST_CASE("a table of trials has the values and effects of its made results") {
 
 TEST_CASE("no results and no trials are distinguished") {
   const Directory directory;
-  const Manifest manifest = made_manifest(0);
+  Manifest manifest = made_manifest(1);
+  manifest.trials = 0;
   fs::create_directories(directory.path);
   CHECK_THROWS_WITH(write_report(manifest, directory.path),
                     Catch::Contains("results.sqlite: is missing"));

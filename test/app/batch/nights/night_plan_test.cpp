@@ -99,7 +99,7 @@ procedures:
   CHECK_THAT(
       plan_file.error_of(
           "seeds: {fixed: 1}\nprocedures: [{procedure: approach.yaml, estimator: ''}]\n"),
-      Catch::Contains("plan.yaml:2: key 'procedures[1].estimator'") && Catch::Contains("found ''"));
+      Catch::Contains("plan.yaml:2: key 'procedures[0].estimator'") && Catch::Contains("found ''"));
 }
 
 TEST_CASE("each world is a case of its own; measurements are compared in exact alone") {
