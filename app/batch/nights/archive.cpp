@@ -25,7 +25,8 @@ std::vector<std::string> runs_in(const fs::path& directory) {
 /// From what `berth reestimate --json` prints.
 std::vector<ArchivedRun> archived_runs(const std::string& text) {
   std::vector<ArchivedRun> runs;
-  for (const auto& entry : nlohmann::json::parse(text).at("runs")) {
+  const auto json = nlohmann::json::parse(text);
+  for (const auto& entry : json.at("runs")) {
     ArchivedRun& run = runs.emplace_back();
     const fs::path log = entry.at("recorded").get<std::string>();
     run.name = log.parent_path().filename().string();
