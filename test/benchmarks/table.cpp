@@ -11,14 +11,14 @@
 
 namespace berth::benchmark {
 
-Table::Table(std::string name, std::string title, std::vector<std::string> columns)
+Table::Table(std::string name, std::string title, const std::vector<std::string>& columns)
     : name_(std::move(name)),
       title_(std::move(title)),
-      table_{std::string(columns.size(), 'l'), std::move(columns)} {}
+      table_{std::string(columns.size(), 'l'), {columns.begin(), columns.end()}} {}
 
 void Table::add(std::vector<std::string> cells) {
   cells.resize(table_.head.size());
-  table_.rows.push_back(std::move(cells));
+  table_.rows.push_back(std::vector<berth::Table::Cell>(cells.begin(), cells.end()));
 }
 
 void Table::judge(std::vector<std::string> cells, bool pass) {

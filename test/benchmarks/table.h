@@ -14,7 +14,7 @@ namespace berth::benchmark {
 /// "MISS".
 class Table {
  public:
-  Table(std::string name, std::string title, std::vector<std::string> columns);
+  Table(std::string name, std::string title, const std::vector<std::string>& columns);
 
   void add(std::vector<std::string> cells);
   /// A row with a verdict.
