@@ -66,13 +66,9 @@ Plan plan_of(const NightRequest& request) {
 }
 
 std::string free_name(ResultStore& history, const std::string& requested) {
-  std::string name = requested.empty() ? utc_text(std::time(nullptr)).substr(0, 10) : requested;
-  if (!history.batch_named(name)) return name;
-  if (!requested.empty()) throw InputError("--night " + requested + ": there is one of that name");
-  for (int i = 2;; ++i) {
-    const std::string next = name + "-" + std::to_string(i);
-    if (!history.batch_named(next)) return next;
-  }
+  if (requested.empty()) return history.free_name(utc_text(std::time(nullptr)).substr(0, 10));
+  if (!history.batch_named(requested)) return requested;
+  throw InputError("--night " + requested + ": there is one of that name");
 }
 
 /// The interrupted night, when it was of this plan and these builds; else a new one.
