@@ -5,26 +5,11 @@
 #include <fstream>
 
 #include "common/core/error.h"
+#include "test/app/batch/made_run.h"
 #include "test/catch.h"
 #include "test/common/core/temporary_directory.h"
 
 using namespace berth;
-
-namespace {
-
-FinishedRun made_run(std::uint64_t seed, bool fresh, double value) {
-  FinishedRun run;
-  run.case_name = "approach";
-  run.seed = seed;
-  run.fresh = fresh;
-  run.outcome = Outcome::pass;
-  run.directory = "runs/approach-seed" + std::to_string(seed);
-  run.values = {{"hold", "position_error", "rms", "mm", value, 12},
-                {"hold", "x_error", "mean", "mm", std::nan(""), 0}};
-  return run;
-}
-
-}  // namespace
 
 TEST_CASE("a store keeps batches, runs, values and flagged changes") {
   const TemporaryDirectory directory;

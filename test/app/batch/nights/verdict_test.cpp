@@ -5,27 +5,12 @@
 #include <nlohmann/json.hpp>
 
 #include "common/core/file.h"
+#include "test/app/batch/made_run.h"
 #include "test/catch.h"
 #include "test/common/core/temporary_directory.h"
 
 using namespace berth;
 using namespace berth::nights;
-
-namespace {
-
-FinishedRun made_run(std::uint64_t seed, bool fresh, double value) {
-  FinishedRun run;
-  run.case_name = "approach";
-  run.seed = seed;
-  run.fresh = fresh;
-  run.outcome = Outcome::pass;
-  run.directory = "runs/approach-seed" + std::to_string(seed);
-  run.values = {{"hold", "position_error", "rms", "mm", value, 12},
-                {"hold", "x_error", "mean", "mm", std::nan(""), 0}};
-  return run;
-}
-
-}  // namespace
 
 TEST_CASE("a notification has the summary and the verdict; its failure is reported") {
   const TemporaryDirectory directory;
