@@ -63,7 +63,6 @@ class ArmExamination {
   int reads_ = 0;
   std::vector<Word> words_;  // of the newest status read
   ArmReport report_;
-  bool renewed_once_ = false;
   Utime renewed_ = 0;  // when the controller's tick was last seen to have changed
   Utime standstill_ = 0;
   Utime min_step_ = 0;  // between two ticks seen; 0: none was

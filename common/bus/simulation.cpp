@@ -146,7 +146,6 @@ bool Simulation::run_until(const std::function<bool()>& done, Utime limit) {
     } else if (event.period == 0) {
       event.loop->waiting_.push_back(std::move(event.task));
     }
-    ++events_run_;
     if (done()) return true;
   }
   now_ = std::max(now_, limit);

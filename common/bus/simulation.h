@@ -115,7 +115,6 @@ class Simulation {
   using Recorder = std::function<void(Utime, const std::string& channel, Bytes)>;
   void record(Recorder recorder);
 
-  std::uint64_t events_run() const { return events_run_; }
   Utime wire_latency() const;
 
   /// The one object of its type, made at the first call: state that drivers and devices of the
@@ -134,7 +133,6 @@ class Simulation {
   std::unique_ptr<Impl> impl_;
   std::map<std::type_index, std::shared_ptr<void>> shared_;
   Utime now_;
-  std::uint64_t events_run_ = 0;
 };
 
 class SimulatedLoop final : public Loop {

@@ -48,7 +48,6 @@ class ClosestPointGrid {
   const std::array<std::int64_t, 3>& size() const { return size_; }  ///< voxels along x, y, z
   /// From a voxel's centre to its stored point, m.
   double distance_at(std::int64_t x, std::int64_t y, std::int64_t z) const;
-  std::size_t voxel_count() const { return nearest_.size(); }
 
  private:
   friend class ModelFile;

@@ -201,7 +201,6 @@ class Estimator {
   std::int64_t last_id_ = 0;      // requested or received
   std::int64_t finished_id_ = 0;  // processed or skipped
   std::int64_t last_input_utime_ = 0;
-  std::int64_t last_beam_utime_ = 0;
   int failures_ = 0;               // tracking scans in a row
   std::vector<Hypothesis> hints_;  // undecided hypotheses of the last acquisition scan
   std::vector<Window> zoom_;       // of the next acquisition scan; empty: the whole field of view

@@ -27,7 +27,6 @@ namespace format {
 inline constexpr std::uint32_t sync = 0xEDA1DA01;
 inline constexpr std::size_t header_bytes = 28;
 inline constexpr std::size_t max_channel = 63;
-inline constexpr std::size_t largest_message = std::size_t{1} << 28;
 }  // namespace format
 
 /// The event as it stands in the reader's file: header, channel and data.

@@ -29,9 +29,6 @@ struct Parameter {
   /// A value is a list when it has several draws, as a pose does.
   std::vector<std::vector<Draw>> values;
   bool is_list = false;  ///< values are written [a, b, c]
-
-  /// "FILE.yaml:KEY.KEY": not the experiment's own.
-  bool is_configuration() const { return name.find(".yaml:") != std::string::npos; }
 };
 
 /// A value as a person writes it with --set, and the attitude drawn within, if any.
