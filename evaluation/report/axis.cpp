@@ -39,6 +39,15 @@ Axis around(double low, double high, bool logarithmic) {
   return {start, high + air, false};
 }
 
+std::vector<Tick> multiples(const Axis& axis, double step) {
+  std::vector<Tick> list;
+  const int decimals = std::max(0, static_cast<int>(-std::floor(std::log10(step) + 1e-9)));
+  for (double i = std::ceil(axis.low / step - 1e-9); i * step <= axis.high + 1e-9 * step; ++i) {
+    list.push_back({i * step, i == 0 ? "0" : fixed(i * step, decimals)});
+  }
+  return list;
+}
+
 }  // namespace
 
 double Axis::fraction(double value) const {
@@ -47,8 +56,8 @@ double Axis::fraction(double value) const {
 }
 
 std::vector<Tick> ticks(const Axis& axis, int count) {
-  std::vector<Tick> list;
   if (axis.logarithmic) {
+    std::vector<Tick> list;
     const double decades = std::log10(axis.high / axis.low);
     const int every = std::max(1, static_cast<int>(std::ceil(decades / count)));
     for (int p = static_cast<int>(std::ceil(std::log10(axis.low) - 1e-9));
@@ -57,12 +66,10 @@ std::vector<Tick> ticks(const Axis& axis, int count) {
     }
     return list;
   }
-  const double step = round_step((axis.high - axis.low) / count);
-  const int decimals = std::max(0, static_cast<int>(-std::floor(std::log10(step) + 1e-9)));
-  for (double i = std::ceil(axis.low / step - 1e-9); i * step <= axis.high + 1e-9 * step; ++i) {
-    list.push_back({i * step, i == 0 ? "0" : fixed(i * step, decimals)});
-  }
-  return list;
+  // One tick alone shows no scale.
+  const double step = (axis.high - axis.low) / count;
+  std::vector<Tick> list = multiples(axis, round_step(step));
+  return list.size() > 1 ? list : multiples(axis, round_step(step / 2));
 }
 
 Axis axis_for(const std::vector<double>& values, bool logarithmic) {

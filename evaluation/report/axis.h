@@ -21,8 +21,8 @@ struct Tick {
   std::string label;
 };
 
-/// About `count` round numbers (1, 2 or 5 times a power of ten) inside the axis; of a logarithmic
-/// one, the powers of ten.
+/// About `count` multiples of a round number (1, 2 or 5 times a power of ten) inside the axis, with
+/// a count of 3 or more at least two; of a logarithmic one, powers of ten.
 std::vector<Tick> ticks(const Axis& axis, int count);
 
 /// The axis that shows these values with a little air around them, never empty. Values that are not

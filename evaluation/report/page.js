@@ -68,11 +68,16 @@
       }
       return;
     }
-    const rough = (high - low) / count;
-    const power = 10 ** Math.floor(Math.log10(rough));
-    const step = [1, 2, 5, 10].map((f) => f * power).find((s) => s >= rough * (1 - 1e-9));
+    const round = (least) => {
+      const power = 10 ** Math.floor(Math.log10(least));
+      return [1, 2, 5, 10].map((f) => f * power).find((s) => s >= least * (1 - 1e-9));
+    };
+    const marks = (step) => [Math.ceil(low / step - 1e-9), Math.floor(high / step + 1e-9)];
+    let step = round((high - low) / count);
+    let [first, last] = marks(step);
+    if (last <= first) [first, last] = marks((step = round((high - low) / count / 2)));
     const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-    for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; ++i) {
+    for (let i = first; i <= last; ++i) {
       tick(chart, kind, side, (i * step - low) / (high - low), (i * step).toFixed(digits));
     }
   };

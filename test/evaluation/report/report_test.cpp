@@ -70,6 +70,8 @@ TEST_CASE("ticks are round numbers inside the axis", "[report]") {
     const auto list = ticks(axis, 5);
     REQUIRE(list.size() >= 2);
     CHECK(list.size() <= 6);
+    CHECK(ticks(axis, 3).size() >= 2);  // one alone shows no scale
+    CHECK(ticks(axis, 3).size() <= 6);
     for (const Tick& tick : list) {
       CHECK(tick.value >= axis.low - 1e-9);
       CHECK(tick.value <= axis.high + 1e-9);
