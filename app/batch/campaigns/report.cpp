@@ -63,8 +63,9 @@ Html measured_facts(const ReportView& view) {
     const MeasuredGroup& m = view.all.measured[i];
     if (m.measured == 0) continue;
     const MeasurementColumn& column = view.table.measurements[i];
-    facts += fact(column.name, brief(m.median.value, 3) + " " + column.unit + ", 95 % below " +
-                                   brief(m.p95.value, 3));
+    const std::string unit = column.unit.empty() ? "" : " " + column.unit;
+    facts += fact(column.name,
+                  brief(m.median.value, 3) + unit + ", 95 % below " + brief(m.p95.value, 3));
   }
   return facts;
 }
@@ -72,7 +73,8 @@ Html measured_facts(const ReportView& view) {
 std::string targets_text(const Manifest& manifest) {
   std::vector<std::string> names;
   for (const CampaignTarget& target : manifest.targets) names.push_back(target.name);
-  return names.empty() ? manifest.places.target : joined(names);
+  return names.empty() ? std::filesystem::path(manifest.places.target).filename().string()
+                       : joined(names);
 }
 
 ordered_json estimated(const Estimated& e) {
