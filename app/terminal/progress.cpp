@@ -119,7 +119,7 @@ void Progress::print_prompt(const procedure_state_t& message) {
                             latest_.procedure->utime_prompt_expires == message.utime_prompt_expires;
   if (shown_before) return;
   Line line = stamped(seconds(message.utime - message.utime_start));
-  add_word(line, "asks", Style::warning).add(message.prompt, Style::strong);
+  add_word(line, "prompt", Style::warning).add(message.prompt, Style::strong);
   const std::string choices = choices_of(message);
   if (!choices.empty()) line.add(" " + choices);
   print_(line.add("  (prompt " + message.prompt_id + ")", Style::faint));

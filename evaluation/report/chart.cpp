@@ -84,7 +84,7 @@ Html spans_of(const Chart& chart, const Axis& x) {
     const bool small = std::min(to, 1.0) - std::max(from, 0.0) < room_for_a_name;
     const bool phase = span.kind == Span::Kind::phase;
     const std::string kind = span.kind == Span::Kind::trouble     ? "span trouble"
-                             : span.kind == Span::Kind::uncertain ? "span doubt"
+                             : span.kind == Span::Kind::uncertain ? "span uncertain"
                              : phases % 2 == 0                    ? "span phase even"
                                                                   : "span phase odd";
     if (phase) ++phases;

@@ -23,7 +23,7 @@ struct CsvFile {
 /// received the message; then its fields, arrays expanded to as many columns as the longest needs,
 /// absent elements empty. A type with three arrays or more of one common size, or a very long one
 /// (SCAN_DATA: one entry a beam) gets a row per entry instead, with the column "index". Channels of
-/// unknown types have no file: left_out names them. wanted: which channels. A file that cannot be
+/// unknown types have no file: left_out names them. selected: which channels. A file that cannot be
 /// made, or is there already, leaves the others as they are. @throws InputError when the log cannot
 /// be read.
 std::vector<CsvFile> export_csv(const std::filesystem::path& log,

@@ -167,13 +167,14 @@ Table cases_table(const NightReport& report) {
   return table;
 }
 
-Table runs_table(const NightReport& report, const std::function<bool(const FinishedRun&)>& wanted) {
+Table runs_table(const NightReport& report,
+                 const std::function<bool(const FinishedRun&)>& selected) {
   Table table{"llllll",
               {no_json("outcome"), "case", "build", keyed("run", "seed"), keyed("seed", "fresh"),
                json_only("outcome"), "reason", json_only("directory"), json_only("simulated_s"),
                json_only("wall_s")}};
   for (const FinishedRun& r : report.runs) {
-    if (wanted && !wanted(r)) continue;
+    if (selected && !selected(r)) continue;
     Table::Cell seed("seed " + std::to_string(r.seed), r.seed);
     seed.link = place_of(report, r);
     table.rows.push_back({{name_of(r.outcome), r.case_name, name_of(r.build), seed,

@@ -55,9 +55,9 @@ std::string place_of(const NightReport& report, const FinishedRun& run);
 /// Changes, as failures but those for the better.
 Table changes_table(const std::vector<FlaggedChange>& changes);
 Table cases_table(const NightReport& report);
-/// All runs, of both builds, or those wanted. Failures that the plan allows are inconclusive.
+/// All runs, of both builds, or those selected. Failures that the plan allows are inconclusive.
 Table runs_table(const NightReport& report,
-                 const std::function<bool(const FinishedRun&)>& wanted = {});
+                 const std::function<bool(const FinishedRun&)>& selected = {});
 Table archive_table(const ArchiveResult& archive);
 
 /// As the terminal and the notified see it.

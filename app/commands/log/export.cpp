@@ -116,8 +116,8 @@ int run(const fs::path& log, const ExportOptions& options, const Paths& given) {
   }
   if ((options.frame == "model") != !options.by.empty()) {
     throw InputError(
-        "export: --frame model and --by belong together: truth or estimate says where "
-        "the model was");
+        "export: --frame model and --by belong together: truth or estimate gives the pose "
+        "of the model");
   }
   if (options.merge && options.frame != "model") {
     throw InputError("export: --merge: expected --frame model: the sensor moved between scans");

@@ -17,7 +17,7 @@ export function startBanner(board, connection) {
          stale: 'silent',
          connecting: 'connecting'}[state]);
     if (!broken) return;
-    setText($('banner-word'), state === 'lost' ? 'NO CONNECTION' : 'NOTHING IS HEARD');
+    setText($('banner-word'), state === 'lost' ? 'NO CONNECTION' : 'NOTHING IS RECEIVED');
     setText(
         $('banner-text'),
         `\u2013 what you see is ${
